@@ -1,0 +1,74 @@
+"""CGH methods: one frame's points to the complex field on a window.
+
+A method is a function
+
+    field(cloud, slm, wavelength, window, passband, **accuracy) -> complex64 (window.shape)
+
+that returns Σ w·a/r·exp(i(kr + φ)), absolutely scaled. Adding one is writing one file here and one
+line below; a callable of that form is accepted wherever a method's name is.
+"""
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.coding import Passband
+from chrmc.footprint import check_showable
+from chrmc.reference import resolve_passband
+from chrmc.scene.points import PointCloud
+from chrmc.slm import SLM
+from chrmc.window import Window
+
+Method = Callable[..., NDArray[np.complex64]]
+
+# name: the module of this package whose `field` it is
+METHODS = {
+    "rt": "chrmc.cgh.rt",
+    "fresnel": "chrmc.cgh.fresnel",
+}
+
+
+def method_named(method: "str | Method") -> Method:
+    """The function of a method's name; a callable is returned as it is."""
+    if callable(method):
+        return method
+    if method not in METHODS:
+        raise ValueError(f"unknown CGH method {method!r}: choose one of {', '.join(METHODS)}")
+    function: Method = import_module(METHODS[method]).field
+    return function
+
+
+def compute_field(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    method: "str | Method" = "rt",
+    *,
+    window: Window | None = None,
+    passband: Passband | None = None,
+    footprint: str | None = "soft",
+    **options: Any,
+) -> NDArray[np.complex64]:
+    """Complex field of a cloud on the hologram plane.
+
+    cloud : points, z > 0
+    wavelength : metres
+    method : a name in METHODS, or a function of that form
+    window : part of the SLM, default all
+    passband : what the soft footprint ends at, default the SLM's full band
+    footprint : "soft", or None for bare spherical waves
+    options : the method's own accuracy arguments
+
+    Returns complex64 (H, W), Σ a/r·exp(+i(kr + φ)) with the footprint; zeros for no points.
+    Raises ValueError for points behind the hologram or that no pixel can show.
+    """
+    band = resolve_passband(slm, footprint, passband)
+    part = Window.full(slm) if window is None else window.check(slm)
+    check_showable(cloud, slm, wavelength, band)
+    function = method_named(method)
+    if len(cloud) == 0 or part.size == 0:
+        return np.zeros(part.shape, dtype=np.complex64)
+    return function(cloud, slm, wavelength, part, band, **options)

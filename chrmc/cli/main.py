@@ -1,0 +1,69 @@
+"""The command `chrmc`: finds commands by name, and turns every error into one line."""
+
+import sys
+from importlib import import_module
+
+import click
+
+# name: (module, one line for --help). Modules load when their command is called.
+COMMANDS = {
+    "demo": ("chrmc.cli.demo", "Everything at once: 80 holograms, reconstructions, a verdict."),
+    "scene": ("chrmc.cli.scene", "Write a built-in scene as a folder of OpenEXR frames."),
+    "generate": ("chrmc.cli.generate", "Make a hologram video from a scene."),
+    "play": ("chrmc.cli.play", "Show a video or picture on an SLM, full screen, and log it."),
+    "reconstruct": ("chrmc.cli.reconstruct", "Reconstruct one frame at a depth."),
+    "check": ("chrmc.cli.check", "Is every object in focus where the scene says?"),
+    "monitors": ("chrmc.cli.monitors", "List the monitors."),
+}
+
+
+class Commands(click.Group):
+    """A group that imports a command's module only when the command is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        command = import_module(COMMANDS[cmd_name][0]).command
+        assert isinstance(command, click.Command)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
+
+
+@click.group(
+    cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 96}
+)
+@click.version_option(package_name="chrmc")
+def group() -> None:
+    """Holographic video for amplitude SLMs, from a moving 3-D scene to a checked focus.
+
+    Start with:  chrmc demo
+    """
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run a command line. Exit status 2 and one line on stderr for whatever the user can mend."""
+    try:
+        status = group.main(args=arguments, prog_name="chrmc", standalone_mode=False)
+    except click.exceptions.Abort:
+        print("chrmc: interrupted; what was finished is kept", file=sys.stderr)
+        sys.exit(130)
+    except KeyboardInterrupt:
+        print("chrmc: interrupted; what was finished is kept", file=sys.stderr)
+        sys.exit(130)
+    except click.ClickException as error:
+        fail(error.format_message())
+    except (ValueError, OSError) as error:
+        fail(str(error))
+    sys.exit(status if isinstance(status, int) else 0)
+
+
+def fail(message: str) -> None:
+    """Print `message` as one line on stderr and exit with 2."""
+    print("chrmc: " + " ".join(message.split()), file=sys.stderr)
+    sys.exit(2)

@@ -1,0 +1,89 @@
+"""The float64 truth that every error is measured against: a sum of spherical waves.
+
+U(q) = Σ_j w_j(q)·a_j/r_j·exp(+i(k·r_j + φ_j)), r_j = |q − P_j|, w_j the soft footprint.
+Slow and plain on purpose.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chrmc.coding import UNLIMITED, Passband, full_band
+from chrmc.footprint import check_showable, reach, taper
+from chrmc.scene.points import PointCloud
+from chrmc.slm import SLM
+
+_BLOCK = 1 << 21  # complex values held at once
+
+
+def resolve_passband(slm: SLM, footprint: str | None, passband: Passband | None) -> Passband:
+    """The passband meant by a footprint argument: "soft" (default full band) or None (bare)."""
+    if footprint is None:
+        return UNLIMITED
+    if footprint != "soft":
+        raise ValueError(f'footprint must be "soft" or None, not {footprint!r}')
+    return full_band(slm) if passband is None else passband
+
+
+def reference_field(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    rows: ArrayLike | None = None,
+    columns: ArrayLike | None = None,
+    footprint: str | None = "soft",
+    passband: Passband | None = None,
+) -> NDArray[np.complex128]:
+    """Exact field on the grid of the given rows and columns.
+
+    cloud : points, z > 0
+    wavelength : metres
+    rows, columns : index arrays, default all
+    footprint : "soft" as in `chrmc.footprint`, or None for bare spherical waves
+    passband : what the footprint ends at, default the SLM's full band
+
+    Returns (len(rows), len(columns)) complex128. Raises ValueError for points behind the
+    hologram or that no pixel can show.
+    """
+    row_index = np.arange(slm.height) if rows is None else np.atleast_1d(np.asarray(rows))
+    column_index = np.arange(slm.width) if columns is None else np.atleast_1d(np.asarray(columns))
+    grid = np.broadcast_arrays(row_index[:, None], column_index[None, :])
+    return reference_samples(cloud, slm, wavelength, grid[0], grid[1], footprint, passband)
+
+
+def reference_samples(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    rows: NDArray[np.integer],
+    columns: NDArray[np.integer],
+    footprint: str | None = "soft",
+    passband: Passband | None = None,
+) -> NDArray[np.complex128]:
+    """Exact field at single pixels: rows and columns of one shape, which the result has too."""
+    band = resolve_passband(slm, footprint, passband)
+    check_showable(cloud, slm, wavelength, band)
+    x, y = slm.x(columns).ravel(), slm.y(rows).ravel()
+    field = np.zeros(x.size, dtype=np.complex128)
+    half_x, half_y = reach(wavelength, band.fx_max), reach(wavelength, band.fy_max)
+    points = max(1, min(len(cloud), 64))
+    pixels = max(1, _BLOCK // points)
+    for p0 in range(0, x.size, pixels):
+        part = slice(p0, p0 + pixels)
+        for j0 in range(0, len(cloud), points):
+            xj, yj, zj = (c[:, None] for c in cloud.positions[j0 : j0 + points].T)
+            dx, dy = x[part] - xj, y[part] - yj
+            weight = taper(dx, zj * half_x) * taper(dy, zj * half_y)
+            distance = np.sqrt(dx**2 + dy**2 + zj**2)
+            phase = 2 * np.pi / wavelength * distance + cloud.phase[j0 : j0 + points, None]
+            amplitude = cloud.amplitude[j0 : j0 + points, None] * weight / distance
+            field[part] += np.sum(amplitude * np.exp(1j * phase), axis=0)
+    return field.reshape(np.shape(rows))
+
+
+def relative_error(field: NDArray[np.complexfloating], truth: NDArray[np.complexfloating]) -> float:
+    """‖field − truth‖/‖truth‖, absolute phase and scale included; 0 where both vanish."""
+    norm = float(np.linalg.norm(truth))
+    difference = float(np.linalg.norm(field - truth))
+    if norm == 0:
+        return 0.0 if difference == 0 else float("inf")
+    return difference / norm
