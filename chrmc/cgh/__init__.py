@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from chrmc.coding import Passband
 from chrmc.footprint import check_showable
+from chrmc.options import check_options
 from chrmc.reference import resolve_passband
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
@@ -69,6 +70,7 @@ def compute_field(
     part = Window.full(slm) if window is None else window.check(slm)
     check_showable(cloud, slm, wavelength, band)
     function = method_named(method)
+    check_options(f"CGH method {method}", function, options)
     if len(cloud) == 0 or part.size == 0:
         return np.zeros(part.shape, dtype=np.complex64)
     return function(cloud, slm, wavelength, part, band, **options)

@@ -1,0 +1,86 @@
+"""`chrmc generate`: scene to stored hologram video."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from chrmc.cli.arguments import (
+    Setting,
+    form_option,
+    frames_option,
+    slm_option,
+    wavelength_option,
+)
+from chrmc.slm import SLM
+
+
+@click.command("generate")
+@click.argument("scene")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write.")
+@click.option("--cgh", default=None, help="CGH method. [curved]")
+@click.option("--compensation", default=None, help="Video method. [ch-rmc]")
+@click.option("--surface", default=None, help="Of ch-rmc: object (exact) or paper. [object]")
+@click.option(
+    "--tolerance",
+    type=float,
+    default=None,
+    help="Largest relative field error against the exact truth. [1e-3]",
+)
+@frames_option
+@click.option("--encoding", default="ssb", show_default=True, help="ssb or real.")
+@form_option
+@slm_option
+@wavelength_option
+@click.option("--gamma", type=float, default=None, help="Grey response: intensity = grey^GAMMA.")
+@click.option(
+    "--response",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="Grey response: CSV table of grey against intensity.",
+)
+@click.option(
+    "--set",
+    "settings",
+    type=Setting(),
+    multiple=True,
+    help="An option of the methods, such as --set radius=0.2. May be repeated.",
+)
+@click.option(
+    "--check-pixels",
+    type=click.IntRange(0),
+    default=256,
+    show_default=True,
+    help="Pixels per frame on which the error is measured; 0 for none.",
+)
+@click.option("--png", is_flag=True, help="Write PNG, smaller and slower than TIFF.")
+@click.option("--force", is_flag=True, help="Replace another video in the folder.")
+def command(
+    scene: str,
+    out: Path,
+    frames: tuple[int, int] | None,
+    slm: SLM,
+    wavelength: float | None,
+    form: str,
+    png: bool,
+    force: bool,
+    **rest: Any,
+) -> int:
+    """Make a hologram video of SCENE, a built-in name or a folder of RGB-D frames.
+
+    A stopped run is continued by the same command.
+    """
+    from chrmc.cli.generation import generate, summary
+    from chrmc.cli.recipes import recipe_for
+    from chrmc.scene.load import load_scene
+    from chrmc.store import open_video, remove_video
+
+    recipe = recipe_for(load_scene(scene, form=form), slm, wavelength, **rest)
+    if force:
+        remove_video(out)
+    made = generate(recipe, out, frames, ".png" if png else ".tif")
+    video = open_video(out)
+    click.echo(f"{out}: {made} frames made, {len(video.frames) - made} kept")
+    for line in summary(video.frames):
+        click.echo(line)
+    return 0

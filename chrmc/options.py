@@ -1,0 +1,21 @@
+"""Method options checked by name before work starts, so that a typo is told in one line."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any
+
+
+def option_names(function: Callable[..., Any]) -> tuple[list[str], bool]:
+    """Keyword-only option names of a method, and whether it passes others on."""
+    parameters = inspect.signature(function).parameters.values()
+    names = [p.name for p in parameters if p.kind is p.KEYWORD_ONLY]
+    return names, any(p.kind is p.VAR_KEYWORD for p in parameters)
+
+
+def check_options(kind: str, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
+    """ValueError for an option that a method does not take."""
+    names, others = option_names(function)
+    unknown = [] if others else sorted(set(options) - set(names))
+    if unknown:
+        takes = f"it takes {', '.join(names)}" if names else "it takes none"
+        raise ValueError(f"{kind} has no option {unknown[0]!r}; {takes}")

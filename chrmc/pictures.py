@@ -1,0 +1,55 @@
+"""8-bit single-channel pictures through OpenImageIO, with every return value looked at."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.files import replacing
+
+
+def write_grey(path: Path, levels: NDArray[np.uint8]) -> None:
+    """Write (H, W) uint8 as TIFF (uncompressed) or PNG, by the suffix; OSError when it fails."""
+    import OpenImageIO as oiio
+
+    if levels.dtype != np.uint8 or levels.ndim != 2:
+        raise ValueError(f"{path.name}: grey levels must be (H, W) uint8, not {levels.dtype}")
+    spec = oiio.ImageSpec(levels.shape[1], levels.shape[0], 1, "uint8")
+    if path.suffix in (".tif", ".tiff"):
+        spec.attribute("compression", "none")
+    with replacing(path) as partial:
+        out = oiio.ImageOutput.create(str(partial))
+        if out is None:
+            raise OSError(f"{path}: no writer for this kind of file; use .tif or .png")
+        if not out.open(str(partial), spec):
+            raise OSError(f"{path}: {out.geterror()}")
+        # (H, W, 1): a 2-D array is taken for something else and written scrambled.
+        written = out.write_image(np.ascontiguousarray(levels)[:, :, None])
+        closed = out.close()
+        if not (written and closed):
+            raise OSError(f"{path}: {out.geterror()}")
+
+
+def read_grey(path: Path) -> NDArray[np.uint8]:
+    """(H, W) uint8 of an 8-bit picture that is grey; OSError or ValueError in one line."""
+    import OpenImageIO as oiio
+
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is missing")
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise OSError(f"{path} cannot be read: {oiio.geterror().strip()}")
+    try:
+        spec = source.spec()
+        if str(spec.format) != "uint8":
+            raise ValueError(f"{path} holds {spec.format} samples; 8-bit grey levels are needed")
+        pixels = source.read_image(format="uint8")
+        if pixels is None:
+            raise OSError(f"{path} is damaged: {source.geterror().strip()}")
+    finally:
+        source.close()
+    levels = np.asarray(pixels, dtype=np.uint8).reshape(spec.height, spec.width, spec.nchannels)
+    colours = levels[:, :, : min(3, spec.nchannels)] if spec.nchannels != 2 else levels[:, :, :1]
+    if not (colours == colours[:, :, :1]).all():
+        raise ValueError(f"{path} is a colour picture; an amplitude SLM needs a grey one")
+    return np.ascontiguousarray(colours[:, :, 0])

@@ -1,0 +1,68 @@
+"""The direction of data is the direction of imports."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCES = sorted(
+    p for package in ("chrmc", "display", "reconstruct") for p in (ROOT / package).rglob("*.py")
+)
+
+# layer: what its modules may import of this project's top level and of chrmc's parts
+FORBIDDEN = {
+    "chrmc/cli": [],
+    "display": ["reconstruct", "chrmc.cli"],
+    "reconstruct": ["display", "chrmc.cli"],
+    "chrmc/scene": [
+        "display",
+        "reconstruct",
+        "chrmc.cli",
+        "chrmc.cgh",
+        "chrmc.video",
+        "chrmc.bench",
+    ],
+    "chrmc/cgh": ["display", "reconstruct", "chrmc.cli", "chrmc.video", "chrmc.bench"],
+    "chrmc/video": ["display", "reconstruct", "chrmc.cli", "chrmc.bench"],
+    "chrmc": ["display", "reconstruct", "chrmc.cli"],
+}
+
+
+def layer_of(path: Path) -> str:
+    name = path.relative_to(ROOT).as_posix()
+    return next(layer for layer in FORBIDDEN if name.startswith(layer + "/"))
+
+
+def imported(path: Path) -> set[str]:
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: write imports in full"
+            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return names
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_imports_follow_the_data(path: Path) -> None:
+    for name in imported(path):
+        for forbidden in FORBIDDEN[layer_of(path)]:
+            assert not (name + ".").startswith(forbidden + "."), f"{path} imports {name}"
+
+
+def test_importing_the_packages_loads_no_window_and_no_plots() -> None:
+    heavy = ["glfw", "moderngl", "matplotlib", "imgui_bundle", "skimage", "OpenImageIO"]
+    code = (
+        f"import sys, chrmc, display, reconstruct; print([m for m in {heavy} if m in sys.modules])"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.strip() == "[]"
+
+
+def test_files_hold_one_idea() -> None:
+    long = {p.name: n for p in SOURCES if (n := len(p.read_text("utf-8").splitlines())) > 450}
+    assert not long
