@@ -1,9 +1,10 @@
 """The command `chrmc`: finds commands by name, and turns every error into one line."""
 
 import sys
-from importlib import import_module
 
 import click
+
+from chrmc.cli.lazy import LazyGroup
 
 # name: (module, one line for --help). Modules load when their command is called.
 COMMANDS = {
@@ -13,30 +14,15 @@ COMMANDS = {
     "play": ("chrmc.cli.play", "Show a video or picture on an SLM, full screen, and log it."),
     "reconstruct": ("chrmc.cli.reconstruct", "Reconstruct one frame at a depth."),
     "check": ("chrmc.cli.check", "Is every object in focus where the scene says?"),
+    "bench": ("chrmc.cli.bench", "Measure speed, error and the paper's numbers."),
     "monitors": ("chrmc.cli.monitors", "List the monitors."),
 }
 
 
-class Commands(click.Group):
-    """A group that imports a command's module only when the command is called."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
-            return None
-        command = import_module(COMMANDS[cmd_name][0]).command
-        assert isinstance(command, click.Command)
-        return command
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
-
-
 @click.group(
-    cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 96}
+    cls=LazyGroup,
+    table=COMMANDS,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 96},
 )
 @click.version_option(package_name="chrmc")
 def group() -> None:
