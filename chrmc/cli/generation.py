@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from chrmc.coding import Coding, coding_for
+from chrmc.progress import progress
 from chrmc.reference import reference_samples, relative_error
 from chrmc.response import GreyResponse
 from chrmc.scene.scene import Scene, frame_range
@@ -121,7 +121,7 @@ def generate(
     )
     try:
         count = 0
-        for frame in tqdm(made, total=numbers[-1] - missing[0] + 1, desc="generate", unit="frame"):
+        for frame in progress(made, "generate", total=numbers[-1] - missing[0] + 1):
             levels = grey_levels(frame, recipe, scale)
             if frame.number in writer.entries:
                 continue  # kept from before; made again only to carry the compensation on

@@ -22,14 +22,18 @@ COMMANDS = {
 @click.group(
     cls=LazyGroup,
     table=COMMANDS,
+    invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 96},
 )
 @click.version_option(package_name="chrmc")
-def group() -> None:
+@click.pass_context
+def group(ctx: click.Context) -> None:
     """Holographic video for amplitude SLMs, from a moving 3-D scene to a checked focus.
 
     Start with:  chrmc demo
     """
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
 
 
 def main(arguments: list[str] | None = None) -> None:

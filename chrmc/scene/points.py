@@ -36,7 +36,7 @@ class PointCloud:
         for name, values in (("positions", positions), ("amplitude", amplitude), ("phase", phase)):
             bad = np.count_nonzero(~np.isfinite(values))
             if bad:
-                raise ValueError(f"{name}: {bad} values are NaN or infinite; every one must be finite")
+                raise ValueError(f"{name}: {bad} values are NaN or infinite; all must be finite")
         object.__setattr__(self, "positions", positions)
         object.__setattr__(self, "amplitude", amplitude)
         object.__setattr__(self, "phase", phase)
