@@ -22,18 +22,14 @@ COMMANDS = {
 @click.group(
     cls=LazyGroup,
     table=COMMANDS,
-    invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 96},
 )
 @click.version_option(package_name="chrmc")
-@click.pass_context
-def group(ctx: click.Context) -> None:
+def group() -> None:
     """Holographic video for amplitude SLMs, from a moving 3-D scene to a checked focus.
 
     Start with:  chrmc demo
     """
-    if ctx.invoked_subcommand is None:
-        click.echo(ctx.get_help())
 
 
 def main(arguments: list[str] | None = None) -> None:
