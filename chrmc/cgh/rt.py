@@ -1,0 +1,160 @@
+"""Ray tracing: the true spherical wave of every point on every pixel of its footprint.
+
+Float32 cannot hold k·r (one step of it is 0.25 rad at 0.25 m), so a distance is split into
+
+    r = z + s_x + s_y + rest,   s_x = √(dx² + z²) − z,   s_y = √(dy² + z²) − z,
+    rest = −2·s_x·s_y / (r + z + s_x + s_y),
+
+an identity. z, s_x and s_y belong to a point, a column and a row: their phases are reduced in
+float64 before they are cast. Only `rest` is left for the pixel; within an SLM's footprint it is a
+fraction of a wavelength, and relative rounding of 1e-6 of it is nothing.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.coding import Passband
+from chrmc.footprint import reach, taper
+from chrmc.optics import workers
+from chrmc.scene.points import PointCloud
+from chrmc.slm import SLM
+from chrmc.window import Window
+
+_POINTS = 256  # whose tables are held at once
+_BLOCK = 1 << 15  # pixels a thread works on at once: its few buffers stay in the cache
+_REST_CYCLES = 64.0  # float32 holds a rest of so many wavelengths to 1e-4 rad
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """One axis of some points, all (points, pixels); turn in [−π, π], lengths in metres."""
+
+    offset2: NDArray[Any]
+    excess: NDArray[Any]  # √(offset² + z²) − z
+    turn: NDArray[Any]
+    weight: NDArray[Any]
+    spans: list[tuple[int, int]]  # the pixels of each point's footprint
+
+    @classmethod
+    def make(
+        cls,
+        coordinate: NDArray[np.float64],
+        centre: NDArray[np.float64],
+        z: NDArray[np.float64],
+        wavelength: float,
+        f_max: float,
+    ) -> "_Axis":
+        offset = coordinate - centre[:, None]
+        weight = taper(offset, (z * reach(wavelength, f_max))[:, None])
+        offset2 = offset**2
+        # Written so that nothing cancels near the axis.
+        excess = offset2 / (np.sqrt(offset2 + z[:, None] ** 2) + z[:, None])
+        cycles = excess / wavelength
+        turn = 2 * np.pi * (cycles - np.rint(cycles))
+        spans = []
+        for row in weight > 0:
+            lit = np.flatnonzero(row)
+            spans.append((int(lit[0]), int(lit[-1]) + 1) if lit.size else (0, 0))
+        return cls(offset2, excess, turn, weight, spans)
+
+    def cast(self, dtype: type[np.floating[Any]]) -> "_Axis":
+        return _Axis(
+            self.offset2.astype(dtype),
+            self.excess.astype(dtype),
+            self.turn.astype(dtype),
+            self.weight.astype(dtype),
+            self.spans,
+        )
+
+
+def field(
+    cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
+) -> NDArray[np.complex64]:
+    """Σ w·a/r·exp(i(kr + φ)) on the window, (rows, columns) complex64.
+
+    cloud : points at z > 0, metres; wavelength : metres
+    passband : what the soft footprint of each point ends at; infinite for bare waves
+
+    Relative error against `chrmc.reference_field` below 1e-5 (tested from 1 mm to 10 m depth,
+    bare waves at steep angles included: where `rest` passes 64 wavelengths the points are
+    computed in float64, several times slower).
+    """
+    x, y = slm.x(window.columns), slm.y(window.rows)
+    out = np.zeros(window.shape, dtype=np.complex64)
+    step = max(1, _BLOCK // max(1, len(x)))
+    blocks = [slice(i, min(i + step, len(y))) for i in range(0, len(y), step)]
+    with ThreadPoolExecutor(workers()) as pool:
+        for first in range(0, len(cloud), _POINTS):
+            part = cloud.select(slice(first, first + _POINTS))
+            z = part.positions[:, 2]
+            axis_x = _Axis.make(x, part.positions[:, 0], z, wavelength, passband.fx_max)
+            axis_y = _Axis.make(y, part.positions[:, 1], z, wavelength, passband.fy_max)
+            cycles = z / wavelength + part.phase / (2 * np.pi)
+            axis_y.turn[...] += 2 * np.pi * (cycles - np.rint(cycles))[:, None]
+            axis_y.weight[...] *= part.amplitude[:, None]
+            dtype = _dtype(axis_x, axis_y, z, wavelength)
+            arguments = (z, wavelength, axis_x.cast(dtype), axis_y.cast(dtype), out)
+            for done in [pool.submit(_add, rows, *arguments) for rows in blocks]:
+                done.result()
+    return out
+
+
+def _dtype(
+    axis_x: _Axis, axis_y: _Axis, z: NDArray[np.float64], wavelength: float
+) -> type[np.floating[Any]]:
+    """float32 where the rest of every point stays small on its footprint, else float64."""
+    sx = np.max(axis_x.excess, axis=1, where=axis_x.weight > 0, initial=0)
+    sy = np.max(axis_y.excess, axis=1, where=axis_y.weight != 0, initial=0)
+    rest = 2 * sx * sy / (2 * z + sx + sy)
+    return np.float32 if np.max(rest) < _REST_CYCLES * wavelength else np.float64
+
+
+def _add(
+    rows: slice,
+    z: NDArray[np.float64],
+    wavelength: float,
+    axis_x: _Axis,
+    axis_y: _Axis,
+    out: NDArray[np.complex64],
+) -> None:
+    """Add the points' waves to out[rows], each on its own footprint."""
+    dtype = axis_x.turn.dtype
+    shape = out[rows].shape
+    real, imaginary = np.zeros(shape, dtype), np.zeros(shape, dtype)
+    scratch = np.empty((4, shape[0] * shape[1]), dtype)
+    scale = dtype.type(-4 * np.pi / wavelength)
+    for j in range(len(z)):
+        c0, c1 = axis_x.spans[j]
+        r0, r1 = axis_y.spans[j]
+        r0, r1 = max(r0, rows.start), min(r1, rows.stop)
+        if c0 >= c1 or r0 >= r1:
+            continue
+        size = (r1 - r0, c1 - c0)
+        r, t, turn, wave = (b[: size[0] * size[1]].reshape(size) for b in scratch)
+        sx = axis_x.excess[j, None, c0:c1]
+        sy = axis_y.excess[j, r0:r1, None]
+        depth = dtype.type(z[j])
+        np.add(axis_x.offset2[j, None, c0:c1] + depth**2, axis_y.offset2[j, r0:r1, None], out=r)
+        np.sqrt(r, out=r)
+        np.add(r, sx + depth, out=t)
+        t += sy
+        np.multiply(scale * sx, sy, out=turn)
+        turn /= t
+        turn += axis_x.turn[j, None, c0:c1]
+        turn += axis_y.turn[j, r0:r1, None]
+        np.multiply(axis_x.weight[j, None, c0:c1], axis_y.weight[j, r0:r1, None], out=t)
+        t /= r
+        here = (slice(r0 - rows.start, r1 - rows.start), slice(c0, c1))
+        np.cos(turn, out=wave)
+        wave *= t
+        real[here] += wave
+        np.sin(turn, out=wave)
+        wave *= t
+        imaginary[here] += wave
+    target = out[rows]
+    target.real += real
+    target.imag += imaginary
