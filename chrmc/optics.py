@@ -141,7 +141,12 @@ def propagate(
     spectrum *= transfer
     # Rows that nobody asked for are dropped before the second transform.
     half = scipy.fft.ifft(spectrum, axis=0, workers=workers(), overwrite_x=True)[:rows]
-    return scipy.fft.ifft(half, axis=1, workers=workers())[:, :columns]
+    full = scipy.fft.ifft(half, axis=1, workers=workers(), overwrite_x=True)
+    return np.asarray(full[:, :columns], dtype=np.complex64)
+
+
+_SOFT_ZONES = 2.0  # widths √(λ·distance) of a Fresnel zone over which a cut input fades
+_SOFT_SAMPLES = 16
 
 
 @dataclass(frozen=True)
@@ -166,11 +171,10 @@ class Patch:
 
     def coordinates(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """y of the rows and x of the columns, metres."""
-        y, x = (
-            c + (np.arange(n) - (n - 1) / 2) * self.pitch
-            for c, n in zip(self.centre, self.shape, strict=True)
-        )
-        return y, x
+        (rows, columns), (y, x) = self.shape, self.centre
+        row = np.arange(rows, dtype=np.float64) - (rows - 1) / 2
+        column = np.arange(columns, dtype=np.float64) - (columns - 1) / 2
+        return y + row * self.pitch, x + column * self.pitch
 
 
 @dataclass(frozen=True)
@@ -178,7 +182,7 @@ class _Axis:
     """One axis of a Propagator: which input is used, and how its grid meets the output's."""
 
     start: int  # first input sample that can reach the patch
-    count: int  # input samples used
+    weight: NDArray[np.float32]  # of the input samples used
     grid: int  # padded length
     shift: float  # metres, output grid against input grid
     first: int  # output index of the patch's first sample (same pitch)
@@ -234,12 +238,22 @@ class Propagator:
         walk = spread(self.wavelength, f_max, self.longest) / p + 1
         middle = centre / p + (n - 1) / 2  # the patch's centre as an input index
         half = (m - 1) / 2 * q / p
-        low = max(0, int(np.floor(middle - half - walk)))
-        high = min(n, ceil(middle + half + walk) + 1)
+        # A cut in the input diffracts: it is made soft, and clear of what reaches the patch.
+        soft = ceil(_SOFT_ZONES * sqrt(self.wavelength * self.longest) / p) + _SOFT_SAMPLES
+        low = max(0, int(np.floor(middle - half - walk)) - soft)
+        high = min(n, ceil(middle + half + walk) + 1 + soft)
         if high <= low:  # nothing reaches the patch: one sample keeps the arrays alive
             low = min(max(low, 0), n - 1)
             high = low + 1
         count = high - low
+        weight = np.ones(count, dtype=np.float32)
+        if count > 1:
+            ramp = (np.arange(min(soft, count)) + 0.5) / soft
+            rise = np.sin(np.pi / 2 * ramp).astype(np.float32) ** 2
+            if low > 0:
+                weight[: len(rise)] *= rise
+            if high < n:
+                weight[count - len(rise) :] *= rise[::-1]
         extent = ceil(2 * half) + 1
         offset = middle - (low + (count - 1) / 2)
         reach = (count + extent) / 2
@@ -249,25 +263,30 @@ class Propagator:
             first = round((count - m) / 2)
             start = centre - (m - 1) / 2 * q  # of the patch
             shift = start - (low - (n - 1) / 2) * p - first * p
-            return _Axis(low, count, grid, shift, first, None)
+            return _Axis(low, weight, grid, shift, first, None)
         shift = offset * p
         # Output sample k stands at (count − 1)/2 + (k − (m − 1)/2)·q/p on the shifted grid.
         index = (count - 1) / 2 + (np.arange(m) - (m - 1) / 2) * q / p
         frequency = scipy.fft.fftfreq(grid)
         matrix = cycles_to_phasor(index[:, None] * frequency[None, :])
         matrix /= np.float32(grid)
-        return _Axis(low, count, grid, shift, 0, matrix)
+        return _Axis(low, weight, grid, shift, 0, matrix)
 
     def spectrum(self, field: NDArray[np.complexfloating]) -> NDArray[np.complex64]:
         """Spectrum of an input field on the padded grid: one for all distances."""
         if field.shape != self.shape:
-            raise ValueError(f"field is {field.shape}, but this propagator was made for {self.shape}")
+            raise ValueError(
+                f"field is {field.shape}, but this propagator was made for {self.shape}"
+            )
         y, x = self._axes
-        part = field[y.start : y.start + y.count, x.start : x.start + x.count]
-        out: NDArray[np.complex64] = scipy.fft.fft2(
-            np.asarray(part, dtype=np.complex64), s=self.grid, workers=workers()
+        part = np.asarray(
+            field[y.start : y.start + len(y.weight), x.start : x.start + len(x.weight)],
+            dtype=np.complex64,
         )
-        return out
+        if part.shape != self.shape:
+            part = part * y.weight[:, None] * x.weight
+        spectrum = scipy.fft.fft2(part, s=self.grid, workers=workers())
+        return np.asarray(spectrum, dtype=np.complex64)
 
     def transfer(self, distance: float) -> NDArray[np.complex64]:
         """The transfer function of a distance, kept for the next call."""
@@ -300,10 +319,11 @@ class Propagator:
             else:
                 product = y.matrix @ (moved @ x.matrix.T)
             return np.asarray(product, dtype=np.complex64)
-        half = scipy.fft.ifft(moved, axis=0, workers=workers(), overwrite_x=True)
-        half = np.take(half, y.first + np.arange(self.patch.shape[0]), axis=0, mode="wrap")
+        columns_done = scipy.fft.ifft(moved, axis=0, workers=workers(), overwrite_x=True)
+        half = np.take(columns_done, y.first + np.arange(self.patch.shape[0]), axis=0, mode="wrap")
         full = scipy.fft.ifft(half, axis=1, workers=workers(), overwrite_x=True)
-        return np.take(full, x.first + np.arange(self.patch.shape[1]), axis=1, mode="wrap")
+        out = np.take(full, x.first + np.arange(self.patch.shape[1]), axis=1, mode="wrap")
+        return np.asarray(out, dtype=np.complex64)
 
     def __call__(
         self, field: NDArray[np.complexfloating], distance: float

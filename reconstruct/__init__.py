@@ -1,0 +1,17 @@
+"""reconstruct: what a hologram's grey levels show, through the 4-f system, and whether it is right.
+
+Grey levels → 4-f → image → verdict.
+"""
+
+from reconstruct.bench import Bench, Filter, Illumination
+from reconstruct.four_f import FourF, decode_field, four_f, four_f_field
+
+__all__ = [
+    "Bench",
+    "Filter",
+    "FourF",
+    "Illumination",
+    "decode_field",
+    "four_f",
+    "four_f_field",
+]

@@ -1,0 +1,119 @@
+"""The optical bench that reads a hologram: illumination, panel, Fourier filter, lenses.
+
+Plain descriptions in frozen dataclasses. Every part has a default that means "not modelled", and
+what is not modelled costs nothing.
+"""
+
+from dataclasses import dataclass, field
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.slm import SLM
+
+
+@dataclass(frozen=True)
+class Illumination:
+    """The laser beam at the panel, of amplitude 1 on its axis.
+
+    tilt : (y, x) radians; the beam's direction against the axis
+    waist : 1/e² intensity radius of a Gaussian beam, metres; None for a plane wave
+    centre : (y, x) metres, where the beam's axis meets the panel
+    """
+
+    tilt: tuple[float, float] = (0.0, 0.0)
+    waist: float | None = None
+    centre: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if self.waist is not None and not (isfinite(self.waist) and self.waist > 0):
+            raise ValueError(f"the beam's waist must be a positive length, not {self.waist} m")
+        if max(abs(t) for t in self.tilt) >= np.pi / 2:
+            raise ValueError(f"a beam tilted by {self.tilt} rad does not meet the panel")
+
+    def wave(self, slm: SLM, wavelength: float) -> NDArray[np.complex64] | NDArray[np.float32]:
+        """(H, W) amplitude over the panel; float32 unless tilted."""
+        y, x = slm.y()[:, None] - self.centre[0], slm.x()[None, :] - self.centre[1]
+        profile = np.ones(slm.shape, dtype=np.float32)
+        if self.waist is not None:
+            rows, columns = np.exp(-((y / self.waist) ** 2)), np.exp(-((x / self.waist) ** 2))
+            profile = (rows * columns).astype(np.float32)
+        if not any(self.tilt):
+            return profile
+        cycles = (np.sin(self.tilt[0]) * y + np.sin(self.tilt[1]) * x) / wavelength
+        turn = (2 * np.pi * (cycles - np.rint(cycles))).astype(np.float32)
+        return (profile * np.exp(1j * turn)).astype(np.complex64)
+
+
+@dataclass(frozen=True, eq=False)
+class Filter:
+    """What stands in the Fourier plane of the first lens.
+
+    half_plane : pass f_y > 0 only; None means: when the encoding is single sideband
+    dc_block : radius of the opaque dot on the axis, metres; 0 blocks the one sample at zero
+        frequency, None blocks nothing
+    aperture : opening, metres: a diameter, or (height, width) of a rectangle; None is unlimited
+    centre : (y, x) of the opening, metres
+    image : (rows, columns) amplitude transmission of a user's own filter, spread over the
+        Nyquist square with f_y, f_x rising from −1/2p to 1/2p; multiplied with the rest
+
+    A frequency f crosses the plane at wavelength·focal1·f.
+    """
+
+    half_plane: bool | None = None
+    dc_block: float | None = 10e-6
+    aperture: float | tuple[float, float] | None = None
+    centre: tuple[float, float] = (0.0, 0.0)
+    image: NDArray[np.floating] | None = None
+
+    def __post_init__(self) -> None:
+        if self.dc_block is not None and not (isfinite(self.dc_block) and self.dc_block >= 0):
+            raise ValueError(f"dc_block must be a radius of 0 or more, not {self.dc_block} m")
+        if self.aperture is not None:
+            sides = np.atleast_1d(np.asarray(self.aperture, dtype=np.float64))
+            if sides.size > 2 or not (np.isfinite(sides).all() and (sides > 0).all()):
+                raise ValueError(
+                    f"aperture must be a diameter or (height, width) in metres, not {self.aperture}"
+                )
+        if self.image is not None:
+            image = np.asarray(self.image, dtype=np.float32)
+            if image.ndim != 2 or image.size == 0 or not np.isfinite(image).all():
+                raise ValueError("a filter image must be a (rows, columns) array of finite values")
+            object.__setattr__(self, "image", image)
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """The paper's 4-f system, and whatever of the real bench is to be modelled.
+
+    focal1, focal2 : of the two lenses, metres; the image is focal2/focal1 times as large
+    filter : in the Fourier plane
+    lens1, lens2 : clear diameters of the lenses, metres; None is unlimited
+    illumination : of the panel, None is a plane wave on the axis
+    aberration : (H, W) radians, phase error of panel and illumination together
+    fill_factor : True models the pixels' active share (the SLM's fill_factor) as an envelope
+    edges : True models the light that the lit panel's own border diffracts, by padding it with
+        darkness; False takes the panel as periodic, so that its bias is exactly the zero order
+    """
+
+    focal1: float = 0.15
+    focal2: float = 0.15
+    filter: Filter = field(default_factory=Filter)
+    lens1: float | None = None
+    lens2: float | None = None
+    illumination: Illumination | None = None
+    aberration: NDArray[np.floating] | None = None
+    fill_factor: bool = False
+    edges: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("focal1", "focal2", "lens1", "lens2"):
+            value = getattr(self, name)
+            if value is not None and not (isfinite(value) and value > 0):
+                raise ValueError(f"{name} must be a positive length, not {value} m")
+
+    @property
+    def magnification(self) -> float:
+        """Image size over hologram size, focal2/focal1; the image is upside down besides."""
+        return self.focal2 / self.focal1
