@@ -29,6 +29,7 @@ Method = Callable[..., NDArray[np.complex64]]
 METHODS = {
     "rt": "chrmc.cgh.rt",
     "fresnel": "chrmc.cgh.fresnel",
+    "wrp": "chrmc.cgh.wrp",
 }
 
 
