@@ -1,0 +1,189 @@
+"""`chrmc play`: a video or picture on an SLM, a preview window, or headless."""
+
+import contextlib
+import signal
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import click
+
+from chrmc.cli.arguments import FrameRange, SLMType
+from chrmc.slm import SLM
+
+CHANNELS = ("all", "red", "green", "blue")
+CORNERS = ("top-left", "top-right", "bottom-left", "bottom-right")
+
+
+def surface_options(function: Any) -> Any:
+    """The options of every command that shows something."""
+    for option in reversed(
+        (
+            click.option(
+                "--monitor",
+                default=None,
+                help="Name, part of a name, or index, as `chrmc monitors` lists them. "
+                "[the one that fits the SLM]",
+            ),
+            click.option("--headless", is_flag=True, help="Draw without a screen, through EGL."),
+            click.option("--windowed", is_flag=True, help="Preview in a window on the desktop."),
+            click.option(
+                "--log",
+                type=click.Path(path_type=Path, dir_okay=False),
+                default=None,
+                help="One CSV line per flip; a histogram beside it as .png.",
+            ),
+            click.option("--fps", type=float, default=None, help="Frames per second."),
+            click.option("--every", type=int, default=None, help="Flips per frame. [1]"),
+            click.option("--seconds", type=float, default=None, help="Stop after so long."),
+            click.option(
+                "--channel",
+                type=click.Choice(CHANNELS),
+                default="all",
+                show_default=True,
+                help="Colour channel that the panel shows.",
+            ),
+            click.option(
+                "--trigger",
+                type=click.Choice(CORNERS),
+                default=None,
+                is_flag=False,
+                flag_value="bottom-right",
+                help="A square in a corner that toggles with every frame, for a photodiode.",
+            ),
+            click.option(
+                "--trigger-size", type=int, default=40, show_default=True, help="Its side, pixels."
+            ),
+            click.option(
+                "--verify",
+                is_flag=True,
+                help="Read every frame back and compare it to the pixel; exit 1 on a difference.",
+            ),
+        )
+    ):
+        function = option(function)
+    return function
+
+
+@click.command("play")
+@click.argument("target", metavar="DIR|PICTURE", type=click.Path(path_type=Path))
+@surface_options
+@click.option("--loop", is_flag=True, help="Begin again after the last frame.")
+@click.option(
+    "--frames", type=FrameRange(), default=None, help="Frames A to B of a video, inclusive. [all]"
+)
+@click.option(
+    "--slm",
+    type=SLMType(),
+    default=None,
+    help="lc-r-1080, or WIDTHxHEIGHT:PITCH. [the video's; lc-r-1080 for a picture]",
+)
+@click.option(
+    "--on-bad-frame",
+    type=click.Choice(["skip", "stop"]),
+    default="skip",
+    show_default=True,
+    help="A missing or corrupt frame is named, then skipped or the end.",
+)
+@click.option("--ahead", type=int, default=8, show_default=True, help="Frames read ahead.")
+def command(
+    target: Path,
+    loop: bool,
+    frames: tuple[int, int] | None,
+    slm: SLM | None,
+    on_bad_frame: str,
+    ahead: int,
+    **shown: Any,
+) -> int:
+    """Show a generated video (its folder) or a single picture, pixel for pixel.
+
+    A video plays once, one frame per refresh, and ends; a picture stays until Esc (headless: for
+    one flip). Keys: space pause, arrows step, page up and down 10 frames, home and end, digits and
+    enter jump to a frame, l loop, Esc quit.
+
+    Exit status 1 when a frame could not be shown, or --verify found a difference.
+    """
+    from display.playlist import open_playlist
+    from display.prefetch import Ring
+
+    playlist = open_playlist(target, slm, frames)
+    if ahead < 1:
+        raise ValueError(f"--ahead must be at least 1 frame, not {ahead}")
+    hold = not target.is_dir() and not shown["headless"]
+    numbers = [entry.number for entry in playlist.entries]
+    with Ring(playlist.read, len(playlist), loop, ahead) as ring:
+        return show(
+            ring, numbers, playlist.slm, playlist.name,
+            loop=loop, hold=hold, on_bad_frame=on_bad_frame, **shown,
+        )  # fmt: skip
+
+
+def show(
+    reel: Any,
+    numbers: list[int],
+    slm: SLM,
+    name: str,
+    *,
+    monitor: str | None,
+    headless: bool,
+    windowed: bool,
+    log: Path | None,
+    trigger: str | None,
+    trigger_size: int,
+    **options: Any,
+) -> int:
+    """Open the surface that the options mean, play a reel on it, and report; the exit status."""
+    if headless and (windowed or monitor is not None):
+        raise ValueError("--headless shows nothing: leave --windowed and --monitor out")
+    from display.gl import Offscreen, Trigger
+    from display.log import FlipLog, plot_intervals
+    from display.player import Options, Player
+
+    playing = Options(
+        fallback_rate=slm.refresh,
+        paced=not headless or options["every"] is not None,
+        trigger=None if trigger is None else Trigger(trigger, trigger_size),
+        **options,
+    )
+    with contextlib.ExitStack() as stack:
+        surface: Any
+        if headless:
+            surface = Offscreen(slm.shape)
+        else:
+            from display.window import Window
+
+            surface = Window(slm, monitor, windowed, title=f"chrmc: {name}")
+        stack.callback(surface.close)
+        if playing.verify and surface.size != (slm.width, slm.height):
+            raise ValueError("--verify compares pixels, so the SLM must fit the window at 1:1")
+        click.echo(f"{name} on {surface.name}" + ("" if headless else "; Esc ends"))
+        for note in surface.notes:
+            click.echo(note)
+        flips = stack.enter_context(FlipLog(log))
+        stack.enter_context(ended_by_signal())
+        player = Player(surface, reel, numbers, slm.shape, playing, flips, _tell)
+        summary = player.run()
+    for line in summary.lines():
+        click.echo(line)
+    if log is not None:
+        plot_intervals(summary, log.with_suffix(".png"), f"{name} on {surface.name}")
+        click.echo(f"flips in {log}, histogram in {log.with_suffix('.png')}")
+    return 1 if summary.faults or summary.mismatches else 0
+
+
+def _tell(line: str) -> None:
+    click.echo(line, err=line.startswith("warning"))
+
+
+@contextlib.contextmanager
+def ended_by_signal() -> Any:
+    """Let a polite kill (SIGTERM) end play as Ctrl-C does, so that the gamma ramp is put back."""
+
+    def end(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -1,0 +1,219 @@
+"""Drawing one 8-bit frame, pixel for pixel, on whatever OpenGL framebuffer is bound.
+
+The window and the headless surface share this code. Exactness rests on four things: the texture
+is unsigned-normalised 8 bit, texels are fetched by integer index, dithering and blending are off,
+and GL_FRAMEBUFFER_SRGB is never enabled.
+"""
+
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+CHANNELS = {
+    "all": (1.0, 1.0, 1.0),
+    "red": (1.0, 0.0, 0.0),
+    "green": (0.0, 1.0, 0.0),
+    "blue": (0.0, 0.0, 1.0),
+}
+CORNERS = ("top-left", "top-right", "bottom-left", "bottom-right")
+
+_VERTEX = """
+#version 330
+void main() {  // one triangle that covers the viewport
+    vec2 corner = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2);
+    gl_Position = vec4(corner * 2.0 - 1.0, 0.0, 1.0);
+}
+"""
+_FRAGMENT = """
+#version 330
+uniform sampler2D frame;
+uniform ivec2 viewport;   // pixels drawn to
+uniform vec3 channels;
+uniform ivec4 square;     // x0, y0, x1, y1 of the trigger in frame pixels, y down
+uniform float square_level;
+out vec4 colour;
+void main() {
+    ivec2 size = textureSize(frame, 0);
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    at.y = viewport.y - 1 - at.y;         // rows run down, OpenGL's run up
+    at = (at * size) / viewport;          // integers: the identity at 1:1
+    float level = texelFetch(frame, at, 0).r;
+    if (at.x >= square.x && at.y >= square.y && at.x < square.z && at.y < square.w)
+        level = square_level;
+    colour = vec4(level * channels, 1.0);
+}
+"""
+_DITHER = 0x0BD0
+
+
+@dataclass(frozen=True)
+class Trigger:
+    """A square in a corner that toggles with every new frame, for a photodiode.
+
+    corner : one of CORNERS; size : side in pixels
+    """
+
+    corner: str = "bottom-right"
+    size: int = 40
+
+    def __post_init__(self) -> None:
+        if self.corner not in CORNERS:
+            raise ValueError(
+                f"no corner called {self.corner!r}: choose one of {', '.join(CORNERS)}"
+            )
+        if self.size < 1:
+            raise ValueError(f"a trigger square needs at least 1 pixel, not {self.size}")
+
+    def box(self, shape: tuple[int, int]) -> tuple[int, int, int, int]:
+        """x0, y0, x1, y1 in frame pixels on a (rows, columns) frame."""
+        rows, columns = shape
+        side = min(self.size, rows, columns)
+        x0 = 0 if self.corner.endswith("left") else columns - side
+        y0 = 0 if self.corner.startswith("top") else rows - side
+        return x0, y0, x0 + side, y0 + side
+
+
+class Painter:
+    """Draws frames of one shape in the current OpenGL context.
+
+    context : moderngl context
+    shape : (rows, columns) of the frames
+    channel : "all" for grey, or the one colour channel that the panel shows
+    trigger : corner square, or None
+    """
+
+    def __init__(
+        self,
+        context: moderngl.Context,
+        shape: tuple[int, int],
+        channel: str = "all",
+        trigger: Trigger | None = None,
+    ) -> None:
+        if channel not in CHANNELS:
+            raise ValueError(f"no channel {channel!r}: choose one of {', '.join(CHANNELS)}")
+        largest = context.info["GL_MAX_TEXTURE_SIZE"]
+        if max(shape) > largest:
+            raise ValueError(f"{shape[1]} × {shape[0]} exceeds this GPU's {largest} pixels")
+        self.context = context
+        self.shape = shape
+        self.channel = channel
+        self.trigger = trigger
+        context.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        context.disable_direct(_DITHER)
+        self._program = context.program(vertex_shader=_VERTEX, fragment_shader=_FRAGMENT)
+        self._triangle = context.vertex_array(self._program, [])
+        self._texture = context.texture((shape[1], shape[0]), 1, dtype="f1", alignment=1)
+        self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._program["channels"] = CHANNELS[channel]
+        self._program["square"] = trigger.box(shape) if trigger else (0, 0, 0, 0)
+
+    def upload(self, levels: NDArray[np.uint8]) -> None:
+        """Make a frame, (rows, columns) uint8, the one that `draw` draws."""
+        if levels.shape != self.shape or levels.dtype != np.uint8:
+            raise ValueError(
+                f"frame is {levels.dtype} {levels.shape}; this panel takes uint8 {self.shape}"
+            )
+        self._texture.write(np.ascontiguousarray(levels))
+
+    def draw(self, size: tuple[int, int], square_on: bool = False) -> None:
+        """Draw over the whole bound framebuffer of `size` (width, height)."""
+        self.context.viewport = (0, 0, *size)
+        self._program["viewport"] = size
+        self._program["square_level"] = float(square_on)
+        self._texture.use(0)
+        self._triangle.render(moderngl.TRIANGLES, vertices=3)
+
+    def expected(self, levels: NDArray[np.uint8], square_on: bool = False) -> NDArray[np.uint8]:
+        """(rows, columns, 3) bytes that a 1:1 framebuffer must hold after `draw`."""
+        picture = levels.copy()
+        if self.trigger:
+            x0, y0, x1, y1 = self.trigger.box(self.shape)
+            picture[y0:y1, x0:x1] = 255 if square_on else 0
+        mask = np.array(CHANNELS[self.channel], dtype=np.uint8)
+        return picture[:, :, None] * mask
+
+    def check(self) -> None:
+        """OSError when OpenGL reports any error, a lost context among them."""
+        error = self.context.error
+        if error != "GL_NO_ERROR":
+            raise OSError(f"OpenGL reports {error}: the graphics context is lost or broken")
+
+    def release(self) -> None:
+        """Free what this holds on the GPU."""
+        for thing in (self._triangle, self._texture, self._program):
+            thing.release()
+
+
+def read_back(framebuffer: Any, size: tuple[int, int]) -> NDArray[np.uint8]:
+    """(height, width, 3) bytes of a framebuffer, first row on top."""
+    raw = framebuffer.read(viewport=(0, 0, *size), components=3, alignment=1)
+    return np.frombuffer(raw, dtype=np.uint8).reshape(size[1], size[0], 3)[::-1]
+
+
+def headless_context() -> moderngl.Context:
+    """An OpenGL context without any window; OSError that names what to install."""
+    try:
+        backend: dict[str, Any] = {"backend": "egl"} if sys.platform.startswith("linux") else {}
+        return moderngl.create_context(standalone=True, require=330, **backend)
+    except Exception as error:  # moderngl raises plain Exception
+        raise OSError(
+            f"no headless OpenGL through EGL ({str(error).strip() or type(error).__name__}): on "
+            "Debian or Ubuntu install the packages libegl1, libgl1 and libgl1-mesa-dri"
+        ) from error
+
+
+class Offscreen:
+    """A headless surface: frames are drawn into an offscreen framebuffer.
+
+    It has no refresh of its own (`vsync` is False), so flips come as fast as frames do unless the
+    player is given a rate.
+    """
+
+    vsync = False
+    reported_refresh = 0.0
+    name = "headless (EGL)"
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self.size = (shape[1], shape[0])
+        self.context = headless_context()
+        self._buffer = self.context.simple_framebuffer(self.size, components=4, dtype="f1")
+        self._buffer.use()
+        self.notes = [f"headless through {self.context.info['GL_RENDERER']}"]
+
+    def bind(self) -> None:
+        """Make this the target of what follows in the calling thread."""
+        self.context.__enter__()
+        self._buffer.use()
+
+    def unbind(self) -> None:
+        """Let another thread `bind` it."""
+        self.context.__exit__(None, None, None)
+
+    def poll(self) -> None:
+        """No events."""
+
+    def flip(self) -> None:
+        """Wait until the frame is drawn, as a screen's flip does."""
+        self.context.finish()
+
+    def pressed(self) -> list[str]:
+        """No keyboard."""
+        return []
+
+    @property
+    def closed(self) -> bool:
+        """Never closed by anyone else."""
+        return False
+
+    def read(self) -> NDArray[np.uint8]:
+        """(rows, columns, 3) bytes drawn."""
+        return read_back(self._buffer, self.size)
+
+    def close(self) -> None:
+        """Free the context."""
+        self._buffer.release()
+        self.context.release()

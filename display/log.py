@@ -1,0 +1,102 @@
+"""One CSV line per flip, written as it happens, and the histogram at the end."""
+
+import csv
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+from types import TracebackType
+
+from display.timing import Summary
+
+
+@dataclass(frozen=True)
+class Flip:
+    """One flip.
+
+    flip : from 1
+    frame : number of the frame on screen
+    file, sha256 : what it was read from
+    time : seconds on the monotonic clock, when the flip was done
+    interval : seconds since the flip before; empty for the first
+    shown : "new", "held" (the pace repeats it), "paused", or "waiting" (the next was not ready)
+    status : "first", "ok", "late" (past 1.2 periods), "dropped" (refreshes were missed), "free"
+    missed : refreshes missed just before this flip
+    """
+
+    flip: int
+    frame: int
+    file: str
+    sha256: str
+    time: float
+    interval: float | None
+    shown: str
+    status: str
+    missed: int
+
+
+COLUMNS = tuple(f.name for f in fields(Flip))
+
+
+class FlipLog:
+    """A CSV file that is whole up to its last line at any moment, whatever kills the player.
+
+    path : replaced if it exists; None keeps nothing
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        self._file = None
+        if path is not None:
+            if path.is_dir():
+                raise ValueError(f"{path} is a folder: --log needs a file name such as flips.csv")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            # Line buffering: every line goes to the system in one write, before the next flip.
+            self._file = path.open("w", newline="", encoding="utf-8", buffering=1)
+            self._writer = csv.writer(self._file, lineterminator="\n")
+            self._writer.writerow(COLUMNS)
+
+    def write(self, flip: Flip) -> None:
+        """Add one line."""
+        if self._file is not None:
+            row = list(astuple(flip))
+            row[4] = f"{flip.time:.6f}"
+            row[5] = "" if flip.interval is None else f"{flip.interval:.6f}"
+            self._writer.writerow(row)
+
+    def __enter__(self) -> "FlipLog":
+        return self
+
+    def __exit__(
+        self,
+        _kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _trace: TracebackType | None,
+    ) -> None:
+        if self._file is not None:
+            self._file.close()
+
+
+def plot_intervals(summary: Summary, path: Path, title: str) -> None:
+    """Histogram of the intervals and their course over the run, as a PNG."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    from chrmc.files import replacing
+
+    milliseconds = [1e3 * v for v in summary.intervals]
+    figure = Figure(figsize=(9, 3.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    left, right = figure.subplots(1, 2)
+    if milliseconds:
+        left.hist(milliseconds, bins=min(60, max(10, len(milliseconds) // 4)), color="#3b6ea5")
+        right.plot(milliseconds, ".", markersize=3, color="#3b6ea5")
+    left.set_yscale("symlog", linthresh=1)
+    left.set(xlabel="interval between flips / ms", ylabel="flips", title=title)
+    right.set(xlabel="flip", ylabel="interval / ms", title=summary.lines()[0])
+    right.set_ylim(bottom=0)
+    if summary.period is not None:
+        for factor, style, label in ((1.0, "-", "period"), (1.2, "--", "late from here")):
+            left.axvline(1e3 * factor * summary.period, color="#c0504d", ls=style, label=label)
+            right.axhline(1e3 * factor * summary.period, color="#c0504d", ls=style)
+        left.legend(fontsize=8)
+    with replacing(path) as partial:
+        figure.savefig(partial, dpi=120, format="png")

@@ -1,0 +1,240 @@
+"""A window on a monitor, full screen or as a preview, that frames are flipped to."""
+
+import contextlib
+import ctypes
+import queue
+import subprocess
+import sys
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.slm import SLM
+from display.monitors import Monitor, choose, glfw_ready, last_error, list_monitors, same
+
+_KEYS = ("escape", "space", "left", "right", "home", "end", "page_up", "page_down", "enter", "l")
+_DIGITS = tuple("0123456789")
+_BACK, _PACK_ALIGNMENT, _RGB, _UNSIGNED_BYTE = 0x0405, 0x0D05, 0x1907, 0x1401
+
+
+class Window:
+    """A GLFW window with an OpenGL 3.3 context.
+
+    slm : whose pixels are shown
+    monitor : name, part of a name or index; None takes the one that fits the SLM
+    windowed : a preview on the desktop, scaled down where the SLM does not fit
+    vsync : wait for the monitor's refresh at every flip
+
+    Full screen: on that monitor, cursor hidden, not minimised when the focus goes, the desktop's
+    gamma ramp replaced by the identity until `close`. `notes` says in words what was set and what
+    this platform would not do. GLFW holds screen savers off on X11 and Windows while a full-screen
+    window is open; on macOS `caffeinate` does.
+
+    Create and close it in the main thread; `flip` may run in another after `bind` there.
+    """
+
+    def __init__(
+        self,
+        slm: SLM,
+        monitor: str | None = None,
+        windowed: bool = False,
+        vsync: bool = True,
+        title: str = "chrmc",
+    ) -> None:
+        self._glfw = glfw = glfw_ready()
+        self.monitor: Monitor = choose(list_monitors(), monitor, slm, any_size=windowed)
+        self.vsync = vsync
+        self.reported_refresh = self.monitor.refresh
+        self.name = self.monitor.name
+        self.notes: list[str] = []
+        self._handle = glfw.get_monitors()[self.monitor.index]
+        self._pressed: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._names = {getattr(glfw, f"KEY_{n.upper()}"): n for n in (*_KEYS, "q", *_DIGITS)} | {
+            getattr(glfw, f"KEY_KP_{n.upper()}"): n for n in ("enter", *_DIGITS)
+        }
+        self._lost = False
+        self._ramp: Any = None
+        self._awake: subprocess.Popen[bytes] | None = None
+        self._window = self._open(slm, windowed, title)
+        try:
+            self._prepare(slm, windowed)
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self, slm: SLM, windowed: bool, title: str) -> Any:
+        glfw, screen = self._glfw, self.monitor
+        glfw.default_window_hints()
+        for hint, value in (
+            (glfw.CONTEXT_VERSION_MAJOR, 3),
+            (glfw.CONTEXT_VERSION_MINOR, 3),
+            (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
+            (glfw.OPENGL_FORWARD_COMPAT, True),
+            (glfw.CONTEXT_ROBUSTNESS, glfw.LOSE_CONTEXT_ON_RESET),
+            (glfw.RED_BITS, 8),
+            (glfw.GREEN_BITS, 8),
+            (glfw.BLUE_BITS, 8),
+            (glfw.SRGB_CAPABLE, False),
+            (glfw.SAMPLES, 0),
+            (glfw.SCALE_TO_MONITOR, False),
+            (glfw.AUTO_ICONIFY, False),
+            (glfw.CENTER_CURSOR, False),
+            (glfw.RESIZABLE, windowed),
+        ):
+            glfw.window_hint(hint, value)
+        if windowed:
+            _, _, width, height = glfw.get_monitor_workarea(self._handle)
+            share = min(1.0, width / slm.width, height / slm.height)
+            size = (max(1, int(slm.width * share)), max(1, int(slm.height * share)))
+            if share < 1:
+                self.notes.append(f"preview at {share:.0%} of the size: not pixel for pixel")
+            window = glfw.create_window(*size, title, None, None)
+        else:
+            glfw.window_hint(glfw.REFRESH_RATE, round(screen.refresh) or glfw.DONT_CARE)
+            window = glfw.create_window(screen.width, screen.height, title, self._handle, None)
+        if not window:
+            raise OSError(
+                f"no OpenGL window on monitor {screen.name!r} ({last_error(glfw)}): a driver with "
+                "OpenGL 3.3 is needed (on Debian or Ubuntu libgl1-mesa-dri), or use --headless"
+            )
+        return window
+
+    def _prepare(self, slm: SLM, windowed: bool) -> None:
+        glfw, window = self._glfw, self._window
+        glfw.make_context_current(window)
+        glfw.swap_interval(1 if self.vsync else 0)
+        self.context = moderngl.create_context(require=330)
+        self.size = tuple(glfw.get_framebuffer_size(window))
+        if not windowed:
+            glfw.set_input_mode(window, glfw.CURSOR, glfw.CURSOR_HIDDEN)
+            self._check_size(slm)
+            self._reset_gamma()
+            self._stay_awake()
+        glfw.set_key_callback(window, self._on_key)
+        glfw.set_framebuffer_size_callback(window, self._on_size)
+        # Through ctypes, which lets other threads run while a flip is waited for; and moderngl
+        # does not read a window's back buffer.
+        self._finish = self._gl("glFinish")
+        self._read_buffer = self._gl("glReadBuffer", ctypes.c_uint)
+        self._pixel_store = self._gl("glPixelStorei", ctypes.c_uint, ctypes.c_int)
+        self._read_pixels = self._gl(
+            "glReadPixels", *[ctypes.c_int] * 4, ctypes.c_uint, ctypes.c_uint, ctypes.c_void_p
+        )
+
+    def _gl(self, name: str, *types: Any) -> Any:
+        """An OpenGL function of this context."""
+        address = self._glfw.get_proc_address(name)
+        if not address:
+            raise OSError(f"this OpenGL driver has no {name}")
+        return ctypes.CFUNCTYPE(None, *types)(address)
+
+    def _check_size(self, slm: SLM) -> None:
+        if self.size != (slm.width, slm.height):
+            scale = "" if self.monitor.scale == (1.0, 1.0) else (
+                f" (the desktop scales by {self.monitor.scale[0]:g})"
+            )
+            raise ValueError(
+                f"monitor {self.monitor.name!r} gives a framebuffer of {self.size[0]} × "
+                f"{self.size[1]} for {slm.width} × {slm.height} pixels{scale}: set its scaling to "
+                "100 %"
+            )
+
+    def _reset_gamma(self) -> None:
+        glfw = self._glfw
+        ramp: Any = None
+        with contextlib.suppress(ValueError):  # a null pointer: the platform has none to give
+            ramp = glfw.get_gamma_ramp(self._handle)
+        entries = len(ramp.red) if ramp else 0
+        if entries < 2:
+            self.notes.append("this platform does not let the desktop's gamma ramp be reset")
+            return
+        straight = (np.arange(entries) / (entries - 1)).tolist()
+        if all(
+            abs(value - want) < 0.002
+            for channel in ramp for value, want in zip(channel, straight, strict=True)
+        ):
+            self.notes.append("desktop gamma ramp is the identity already")
+            return
+        self._ramp = ramp
+        glfw.get_error()
+        glfw.set_gamma_ramp(self._handle, (straight, straight, straight))
+        code, _ = glfw.get_error()
+        if code:
+            self._ramp = None
+            self.notes.append("this platform does not let the desktop's gamma ramp be reset")
+        else:
+            self.notes.append("desktop gamma ramp reset to the identity while playing")
+
+    def _stay_awake(self) -> None:
+        if sys.platform == "darwin":
+            with contextlib.suppress(OSError):
+                self._awake = subprocess.Popen(["caffeinate", "-d"])
+        elif self._glfw.get_platform() == self._glfw.PLATFORM_WAYLAND:
+            self.notes.append("Wayland: hold the screen saver off in the desktop's settings")
+
+    def _on_key(self, _window: Any, key: int, _scan: int, action: int, _mods: int) -> None:
+        if action != self._glfw.RELEASE and key in self._names:
+            self._pressed.put(self._names[key])
+
+    def _on_size(self, _window: Any, width: int, height: int) -> None:
+        self.size = (width, height)
+
+    def bind(self) -> None:
+        """Make this window the target of what follows in the calling thread."""
+        self._glfw.make_context_current(self._window)
+        self._glfw.swap_interval(1 if self.vsync else 0)
+
+    def unbind(self) -> None:
+        """Let another thread `bind` it."""
+        self._glfw.make_context_current(None)
+
+    def flip(self) -> None:
+        """Show what was drawn, and return once it is shown.
+
+        Raises OSError when the monitor was taken away.
+        """
+        if self._lost:
+            raise OSError(f"monitor {self.monitor.name!r} was disconnected")
+        self._glfw.swap_buffers(self._window)
+        self._finish()
+
+    def poll(self) -> None:
+        """Take in key presses and monitor changes; main thread only."""
+        self._glfw.poll_events()
+        self._lost = not any(same(m, self._handle) for m in self._glfw.get_monitors())
+
+    def pressed(self) -> list[str]:
+        """Keys pressed since the last call, such as "space" or "7"."""
+        pressed = []
+        while not self._pressed.empty():
+            pressed.append(self._pressed.get())
+        return pressed
+
+    @property
+    def closed(self) -> bool:
+        """Whether the user closed the window."""
+        return bool(self._glfw.window_should_close(self._window))
+
+    def read(self) -> NDArray[np.uint8]:
+        """(height, width, 3) bytes drawn and not yet flipped."""
+        width, height = self.size
+        picture = np.empty((height, width, 3), dtype=np.uint8)
+        self._read_buffer(_BACK)
+        self._pixel_store(_PACK_ALIGNMENT, 1)
+        self._read_pixels(0, 0, width, height, _RGB, _UNSIGNED_BYTE, picture.ctypes.data)
+        return picture[::-1]
+
+    def close(self) -> None:
+        """Put the gamma ramp back and close the window."""
+        if self._ramp is not None and not self._lost:
+            self._glfw.set_gamma_ramp(self._handle, self._ramp)
+            self._ramp = None
+        if self._awake is not None:
+            self._awake.terminate()
+            self._awake.wait()
+            self._awake = None
+        if self._window:
+            self._glfw.destroy_window(self._window)
+            self._window = None
