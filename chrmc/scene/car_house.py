@@ -16,11 +16,17 @@ from chrmc.scene import models
 from chrmc.scene.path import arc_path, poses_along, rotation_y
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
+from chrmc.scene.render import render
+from chrmc.scene.rgbd import PLANES, RGBDFrame
+from chrmc.scene.rgbd_scene import RGBDScene
 from chrmc.scene.scene import Pose
 from chrmc.scene.shapes import Solid, surface_raster
 from chrmc.scene.visibility import visible_points
 from chrmc.slm import WAVELENGTH
 
+FRAMES = 80
+SHAPE = (240, 320)
+"""(H, W) of the RGB-D form."""
 PITCH = 40.5e-6
 """Scene pixel, metres."""
 STEP = np.radians(0.303)
@@ -103,4 +109,29 @@ def car_house(name: str = "car-house") -> PointScene:
         visible={key: actor.visible for key, actor in cast.items()},
         pixel_pitch=PITCH,
         wavelength=WAVELENGTH,
+    )
+
+
+def car_house_rgbd(name: str = "car-house") -> RGBDScene:
+    """`car-house` or `car-house-deep` as 320 × 240 images with 256 depth planes."""
+    cast = actors(name)
+
+    def read(number: int) -> RGBDFrame:
+        seen = [
+            (identity, actor.solid, actor.pose(number))
+            for identity, actor in enumerate(cast.values(), 1)
+        ]
+        return render(seen, SHAPE, PITCH, PLANES)
+
+    return RGBDScene(
+        name=name,
+        read=read,
+        frame_count=FRAMES,
+        shape=SHAPE,
+        pixel_pitch=PITCH,
+        objects=dict(enumerate(cast, 1)),
+        planes=PLANES,
+        wavelength=WAVELENGTH,
+        poses={key: actor.poses for key, actor in cast.items()},
+        phase_seed=SEED,
     )

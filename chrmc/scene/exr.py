@@ -1,0 +1,151 @@
+"""Intensity, depth and object id in OpenEXR files, channels found by name."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.files import replacing
+from chrmc.scene.rgbd import RGBDFrame
+
+INTENSITY_NAMES = ("y", "i", "intensity", "grey", "gray", "luminance")
+DEPTH_NAMES = ("z", "depth")
+ID_NAMES = ("id", "object_id", "objectid", "object", "indexob")
+COLOUR_NAMES = (("r", "red"), ("g", "green"), ("b", "blue"))
+# Rec. 709 luminance of linear red, green and blue.
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+HALF_EXACT = 2048
+"""Whole numbers up to here are exact in half precision."""
+
+
+def write_exr(path: Path, frame: RGBDFrame) -> None:
+    """Write channels Y (float), Z (float, metres) and id; whole or not at all.
+
+    Ids are half where that is exact, else float. Raises OSError when writing fails.
+    """
+    import OpenImageIO as oiio
+
+    height, width = frame.shape
+    largest = int(frame.object_id.max())
+    if largest > 2**24:
+        raise ValueError(f"{path.name}: object id {largest} does not fit a float; number from 1")
+    spec = oiio.ImageSpec(width, height, 3, "float")
+    spec.channelnames = ("Y", "Z", "id")
+    spec.channelformats = ("float", "float", "half" if largest <= HALF_EXACT else "float")
+    spec.attribute("compression", "zip")
+    pixels = np.stack([frame.intensity, frame.depth, frame.object_id], axis=2).astype(np.float32)
+    with replacing(path) as partial:
+        out = oiio.ImageOutput.create(str(partial))
+        if out is None:
+            raise OSError(f"{path}: this OpenImageIO writes no OpenEXR files")
+        if not out.open(str(partial), spec):
+            raise OSError(f"{path}: {_line(out.geterror())}")
+        written = out.write_image(pixels)
+        closed = out.close()
+        if not (written and closed):
+            raise OSError(f"{path}: {_line(out.geterror())}")
+
+
+def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
+    """The frame in a file of any tool, and whether it has object ids (else all are 0).
+
+    Intensity is a channel named Y, I, intensity, grey or luminance, or the luminance of R, G, B;
+    depth Z or depth, in metres; ids id or object_id. Case and layers (`view.Depth.Z`) do not
+    matter. A cropped data window is put in its place. Raises OSError for a file that cannot be
+    read and ValueError for one that says nothing usable, both in one line.
+    """
+    import OpenImageIO as oiio
+
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is missing")
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise OSError(f"{path} cannot be read: {_line(oiio.geterror())}")
+    try:
+        spec = source.spec()
+        names = list(spec.channelnames)
+        depth = find_channel(names, DEPTH_NAMES)
+        if depth is None:
+            raise ValueError(
+                f"{path} has channels {', '.join(names)}, none called Z or depth: "
+                "add the depth in metres"
+            )
+        identity = find_channel(names, ID_NAMES)
+        weights = _intensity_weights(names, exclude={depth, identity})
+        if not weights:
+            raise ValueError(
+                f"{path} has channels {', '.join(names)}, no Y, intensity or R, G, B: "
+                "add the intensity"
+            )
+        intensity = sum(w * _channel(source, spec, c, path) for c, w in weights)
+        try:
+            frame = RGBDFrame(
+                np.asarray(intensity, dtype=np.float32),
+                _channel(source, spec, depth, path),
+                np.zeros((spec.full_height, spec.full_width), np.int32)
+                if identity is None
+                else _channel(source, spec, identity, path),
+            )
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+        return frame, identity is not None
+    finally:
+        source.close()
+
+
+def find_channel(names: Sequence[str], wanted: Sequence[str]) -> int | None:
+    """Index of the channel whose name, or else layer, is one of `wanted`; plain names first."""
+    parts = [name.lower().replace("/", ".").split(".") for name in names]
+    ranked = [
+        (len(part), wanted.index(part[-1]), index)
+        for index, part in enumerate(parts)
+        if part[-1] in wanted
+    ]
+    if not ranked:
+        # Renderers write a layer's only channel as `view.Depth.V` or `IndexOB.X`.
+        ranked = [
+            (len(part), wanted.index(part[-2]), index)
+            for index, part in enumerate(parts)
+            if len(part) > 1 and part[-2] in wanted and len(part[-1]) == 1
+        ]
+    return min(ranked)[2] if ranked else None
+
+
+def _intensity_weights(names: Sequence[str], exclude: set[int | None]) -> list[tuple[int, float]]:
+    """Channels that add up to the intensity, with their weights."""
+    free = ["" if index in exclude else name for index, name in enumerate(names)]
+    single = find_channel(free, INTENSITY_NAMES)
+    if single is not None:
+        return [(single, 1.0)]
+    colours = [find_channel(free, pair) for pair in COLOUR_NAMES]
+    found = [(c, w) for c, w in zip(colours, LUMINANCE, strict=True) if c is not None]
+    return found if len(found) == 3 else []
+
+
+def _channel(source: Any, spec: Any, index: int, path: Path) -> NDArray[Any]:
+    """(H, W) of the display window, in the file's own numbers: a normalised read would scale
+    whole numbers."""
+    kind = str(spec.channelformat(index))
+    data = source.read_image(0, 0, index, index + 1, kind)
+    if data is None:
+        raise OSError(
+            f"{path} is damaged or cut short: {_line(source.geterror())}; write it again"
+        )
+    data = np.asarray(data).reshape(spec.height, spec.width)
+    window = (spec.x - spec.full_x, spec.y - spec.full_y, spec.width, spec.height)
+    if window == (0, 0, spec.full_width, spec.full_height):
+        return data
+    full = np.zeros((spec.full_height, spec.full_width), data.dtype)
+    # A data window may also reach past the display window: only their overlap counts.
+    x0, y0 = max(window[0], 0), max(window[1], 0)
+    x1 = min(window[0] + window[2], spec.full_width)
+    y1 = min(window[1] + window[3], spec.full_height)
+    if x1 > x0 and y1 > y0:
+        full[y0:y1, x0:x1] = data[y0 - window[1] : y1 - window[1], x0 - window[0] : x1 - window[0]]
+    return full
+
+
+def _line(message: str) -> str:
+    return " ".join(message.split())[:160] or "no reason given"
