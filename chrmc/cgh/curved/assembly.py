@@ -1,0 +1,146 @@
+"""From basebands at nodes to pixels: A_y·M·A_x, in real matrix products.
+
+A_x and A_y hold the interpolation from the nodes and the phase of the reference wave; A_y also
+holds the carrier, so that Re(field·carrier) comes out as float32 without a complex field.
+"""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh.curved.nodes import Axis
+from chrmc.cgh.curved.tables import Reference
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Factor:
+    """A cluster's hologram in low-rank form.
+
+    axis_x, axis_y : nodes and panels; targets count from the window's first column and row
+    reference : the wave that was taken out
+    real, imag : (n_y, n_x) baseband at the nodes
+    """
+
+    axis_x: Axis
+    axis_y: Axis
+    reference: Reference
+    real: Singles
+    imag: Singles
+
+
+def reference_cycles(t: Floats, centre: float, z: float, wavelength: float) -> Floats:
+    """(r − z)/λ of the reference along one axis, without cancellation."""
+    d2 = (t - centre) ** 2
+    return d2 / ((np.sqrt(d2 + z * z) + z) * wavelength)
+
+
+def phasor(cycles: Floats) -> tuple[Floats, Floats]:
+    """cos and sin of 2π·cycles in float64."""
+    turn = 2 * pi * (cycles - np.rint(cycles))
+    return np.cos(turn), np.sin(turn)
+
+
+def expand_columns(factor: Factor, x: tuple[Floats, Floats]) -> Singles:
+    """M·A_x as (2·n_y, columns of axis_x.targets): for each panel of y its real, then its
+    imaginary rows.
+
+    x : cos and sin of the phase put on along x, over all targets
+    """
+    ny, nx = factor.real.shape
+    # Row pairs (M_re, M_im) meet the cosine, (−M_im, M_re) the sine.
+    left = np.empty((2 * ny, 2, nx), dtype=np.float32)
+    for panel in factor.axis_y.panels:
+        n, nodes = panel.node_count, panel.nodes
+        first, second = (
+            slice(2 * nodes.start, 2 * nodes.start + n),
+            slice(2 * nodes.start + n, 2 * nodes.stop),
+        )
+        left[first, 0] = factor.real[nodes]
+        left[second, 0] = factor.imag[nodes]
+        np.negative(factor.imag[nodes], out=left[first, 1])
+        left[second, 1] = factor.real[nodes]
+    covered = factor.axis_x.targets
+    out = np.empty((2 * ny, covered.stop - covered.start), dtype=np.float32)
+    for panel in factor.axis_x.panels:
+        place = slice(panel.targets.start - covered.start, panel.targets.stop - covered.start)
+        cos, sin = x[0][panel.targets], x[1][panel.targets]
+        part = left[:, :, panel.nodes]
+        if panel.matrix is None:
+            out[:, place] = part[:, 0] * cos.astype(np.float32)
+            out[:, place] += part[:, 1] * sin.astype(np.float32)
+            continue
+        right = np.empty((2, panel.node_count, panel.target_count), dtype=np.float32)
+        np.multiply(panel.matrix.T, cos, out=right[0], casting="same_kind")
+        np.multiply(panel.matrix.T, sin, out=right[1], casting="same_kind")
+        np.matmul(
+            part.reshape(2 * ny, -1), right.reshape(-1, panel.target_count), out=out[:, place]
+        )
+    return out
+
+
+def add_signal(
+    out: Singles, factor: Factor, x: tuple[Floats, Floats], y: tuple[Floats, Floats], add: bool
+) -> None:
+    """Put (or add) Re(A_y·M·A_x) on the targets of `out`."""
+    wide = expand_columns(factor, x)
+    columns = factor.axis_x.targets
+    for panel in factor.axis_y.panels:
+        rows = wide[2 * panel.nodes.start : 2 * panel.nodes.stop]
+        cos, sin = y[0][panel.targets, None], y[1][panel.targets, None]
+        place = out[panel.targets, columns]
+        n = panel.node_count
+        if panel.matrix is None:
+            block = rows[:n] * cos.astype(np.float32)
+            block -= rows[n:] * sin.astype(np.float32)
+        else:
+            left = np.empty((panel.target_count, 2, n), dtype=np.float32)
+            np.multiply(panel.matrix, cos, out=left[:, 0], casting="same_kind")
+            np.multiply(panel.matrix, -sin, out=left[:, 1], casting="same_kind")
+            if not add:
+                np.matmul(left.reshape(-1, 2 * n), rows, out=place)
+                continue
+            block = left.reshape(-1, 2 * n) @ rows
+        if add:
+            place += block
+        else:
+            place[:] = block
+
+
+def add_field(
+    out: NDArray[np.complex64],
+    factor: Factor,
+    x: tuple[Floats, Floats],
+    y: tuple[Floats, Floats],
+    add: bool,
+) -> None:
+    """Put (or add) A_y·M·A_x on the targets of `out`."""
+    wide = expand_columns(factor, x)
+    columns = factor.axis_x.targets
+    for panel in factor.axis_y.panels:
+        n = panel.node_count
+        rows = np.empty((2, n, wide.shape[1]), dtype=np.complex64)
+        real, imag = np.split(wide[2 * panel.nodes.start : 2 * panel.nodes.stop], 2)
+        rows[0].real, rows[0].imag = real, imag
+        np.negative(imag, out=rows[1].real)
+        rows[1].imag = real
+        cos, sin = y[0][panel.targets, None], y[1][panel.targets, None]
+        place = out[panel.targets, columns]
+        if panel.matrix is None:
+            block = rows[0] * cos.astype(np.float32) + rows[1] * sin.astype(np.float32)
+        else:
+            left = np.empty((panel.target_count, 2, n), dtype=np.float32)
+            np.multiply(panel.matrix, cos, out=left[:, 0], casting="same_kind")
+            np.multiply(panel.matrix, sin, out=left[:, 1], casting="same_kind")
+            # The interleaved real and imaginary columns are plain columns to sgemm.
+            block = (left.reshape(-1, 2 * n) @ rows.reshape(2 * n, -1).view(np.float32)).view(
+                np.complex64
+            )
+        if add:
+            place += block
+        else:
+            place[:] = block

@@ -1,0 +1,103 @@
+"""A cluster's points to its low-rank factor, by way of sub-clusters where there are many."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh.curved import clusters
+from chrmc.cgh.curved.assembly import Factor, add_field, phasor, reference_cycles
+from chrmc.cgh.curved.clusters import Plane
+from chrmc.cgh.curved.nodes import Axis, make_axis
+from chrmc.cgh.curved.tables import Reference, exact_baseband, make_series, separable_baseband
+from chrmc.scene.points import PointCloud
+
+Floats = NDArray[np.float64]
+
+PANEL_X, PANEL_Y = 40.0, 18.0
+"""κ of a panel: short ones make the second product small, long ones the baseband."""
+_LEAF_PANEL = 80.0
+_NODE_SHARE, _SERIES_SHARE = 0.5, 0.3  # of the tolerance, for interpolation and for the series
+
+
+def cluster_axes(
+    cloud: PointCloud,
+    reference: Reference,
+    targets: tuple[Floats, Floats],
+    pitch: float | None,
+    plane: Plane,
+    tolerance: float,
+) -> tuple[Axis, Axis]:
+    """Nodes and panels along x and y for one cluster."""
+    x, y, z = cloud.positions.T
+    along_x, along_y = clusters.extents(clusters.bounding_box(cloud.positions), reference, plane)
+    share = tolerance * _NODE_SHARE
+    kappa = (PANEL_X, PANEL_Y) if pitch is not None else (_LEAF_PANEL, _LEAF_PANEL)
+    return (
+        make_axis(
+            targets[0], pitch, x, z, along_x, plane.wavelength, plane.reach[0], share, kappa[0]
+        ),
+        make_axis(
+            targets[1], pitch, y, z, along_y, plane.wavelength, plane.reach[1], share, kappa[1]
+        ),
+    )
+
+
+def make_factor(
+    cloud: PointCloud,
+    targets: tuple[Floats, Floats],
+    pitch: float | None,
+    plane: Plane,
+    tolerance: float,
+    leaf: bool = False,
+) -> tuple[Factor, float]:
+    """The low-rank factor of one cluster, and the relative rms its series leaves out."""
+    box = clusters.bounding_box(cloud.positions)
+    reference = clusters.reference_of(box)
+    axis_x, axis_y = cluster_axes(cloud, reference, targets, pitch, plane, tolerance)
+    if not axis_x.panels or not axis_y.panels:
+        empty = np.zeros((len(axis_y.nodes), len(axis_x.nodes)), dtype=np.float32)
+        return Factor(axis_x, axis_y, reference, empty, empty), 0.0
+    nodes = len(axis_x.nodes), len(axis_y.nodes)
+    grid = (1, 1) if leaf else clusters.leaf_grid(box, len(cloud), nodes, plane)
+    if grid != (1, 1):
+        real, imag, dropped = _from_leaves(
+            clusters.leaves(cloud, box, grid), axis_x, axis_y, reference, plane, tolerance
+        )
+        return Factor(axis_x, axis_y, reference, real, imag), dropped
+    series = make_series(
+        (float(axis_x.nodes[0]), float(axis_x.nodes[-1])),
+        (float(axis_y.nodes[0]), float(axis_y.nodes[-1])),
+        box,
+        plane.wavelength,
+        tolerance * _SERIES_SHARE,
+    )
+    if series is None or len(series.orders) > 60:
+        real, imag = exact_baseband(cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach)
+        return Factor(axis_x, axis_y, reference, real, imag), 0.0
+    real, imag = separable_baseband(
+        cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach, series
+    )
+    return Factor(axis_x, axis_y, reference, real, imag), series.dropped
+
+
+def _from_leaves(
+    parts: list[PointCloud],
+    axis_x: Axis,
+    axis_y: Axis,
+    reference: Reference,
+    plane: Plane,
+    tolerance: float,
+) -> tuple[NDArray[np.float32], NDArray[np.float32], float]:
+    """Baseband at a cluster's nodes, summed over sub-clusters' own few nodes."""
+    x, y = axis_x.nodes, axis_y.nodes
+    total = np.zeros((len(y), len(x)), dtype=np.complex64)
+    own_x = reference_cycles(x, reference.x, reference.z, plane.wavelength)
+    own_y = reference_cycles(y, reference.y, reference.z, plane.wavelength)
+    dropped = 0.0
+    for part in parts:
+        factor, left_out = make_factor(part, (x, y), None, plane, tolerance, leaf=True)
+        its = factor.reference
+        turn_x = phasor(reference_cycles(x, its.x, its.z, plane.wavelength) - own_x)
+        turn_y = phasor(reference_cycles(y, its.y, its.z, plane.wavelength) - own_y)
+        add_field(total, factor, turn_x, turn_y, add=True)
+        dropped = max(dropped, left_out)
+    return total.real.copy(), total.imag.copy(), dropped

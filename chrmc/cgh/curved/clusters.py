@@ -1,0 +1,158 @@
+"""Which points share a reference wave, and in how many sub-clusters their baseband is summed."""
+
+from dataclasses import dataclass
+from math import ceil, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh.curved.nodes import Extent, local_frequency
+from chrmc.cgh.curved.tables import Reference
+from chrmc.scene.points import PointCloud
+
+Floats = NDArray[np.float64]
+
+# Costs in multiply-adds of a matrix product, as measured: a table entry, a cluster's fixed work.
+_ENTRY = 500.0
+_CLUSTER = 8e7
+
+
+@dataclass(frozen=True)
+class Plane:
+    """What clusters are planned for: targets' range on the hologram and the wave.
+
+    x, y : (lowest, highest, number) of the targets
+    reach : footprint half-width per depth in x and y
+    """
+
+    x: tuple[float, float, int]
+    y: tuple[float, float, int]
+    wavelength: float
+    reach: tuple[float, float]
+
+
+def bounding_box(positions: Floats) -> Floats:
+    """(3, 2) lowest and highest x, y, z."""
+    return np.stack([positions.min(axis=0), positions.max(axis=0)], axis=1)
+
+
+def reference_of(box: Floats) -> Reference:
+    """Centre of a box; in depth the one that halves the range of 1/z, as curvatures go."""
+    x, y = box[:2].mean(axis=1)
+    z = 2 / (1 / box[2, 0] + 1 / box[2, 1])
+    return Reference(float(x), float(y), float(z))
+
+
+def extents(box: Floats, reference: Reference, plane: Plane) -> tuple[Extent, Extent]:
+    """The box along x and along y."""
+    farthest = []
+    for axis, span in enumerate((plane.x, plane.y)):
+        far = max(abs(span[1] - box[axis, 0]), abs(span[0] - box[axis, 1]))
+        farthest.append(min(far, float(box[2, 1]) * plane.reach[axis]))
+    return (
+        Extent(*box[0], *box[2], reference.x, reference.z, farthest[1]),
+        Extent(*box[1], *box[2], reference.y, reference.z, farthest[0]),
+    )
+
+
+def support(axis: int, box: Floats, plane: Plane) -> tuple[float, float]:
+    """Range of the targets that the box's footprints reach along one axis."""
+    low, high, _ = plane.x if axis == 0 else plane.y
+    reach = float(box[2, 1]) * plane.reach[axis]
+    return max(low, box[axis, 0] - reach), min(high, box[axis, 1] + reach)
+
+
+def _kappas(box: Floats, plane: Plane) -> tuple[float, float]:
+    """π·(bandwidth)·(length) of the baseband along x and y."""
+    both = []
+    for axis, extent in enumerate(extents(box, reference_of(box), plane)):
+        low, high = support(axis, box, plane)
+        f = local_frequency(np.linspace(low, high, 3), extent, plane.wavelength)
+        both.append(pi * f * max(high - low, 0.0))
+    return both[0], both[1]
+
+
+def _cost(box: Floats, count: int, plane: Plane) -> float:
+    """Multiply-adds, about, of one cluster from points to pixels."""
+    (kx, ky), (w, h) = _kappas(box, plane), (plane.x[2], plane.y[2])
+    nx, ny = min(1.25 * kx + 8, w), min(1.35 * ky + 8, h)
+    to_columns = 4 * ny * min(nx, 50) * w
+    to_pixels = 2 * min(ny, 26) * h * w
+    sums = 16 * count * min(nx * ny, 4e4)
+    return to_columns + to_pixels + sums + _ENTRY * count * (nx + ny) + _CLUSTER
+
+
+def split(cloud: PointCloud, plane: Plane) -> list[PointCloud]:
+    """Clusters with a reference wave each: cut at gaps, or in half, as long as that costs less."""
+    box = bounding_box(cloud.positions)
+    whole = _cost(box, len(cloud), plane)
+    if len(cloud) < 2 or whole < 2.5 * _CLUSTER:
+        return [cloud]
+    best, chosen = whole * 0.9, None
+    for axis in range(3):
+        for cut in _cuts(cloud.positions[:, axis], box[axis]):
+            low = cloud.positions[:, axis] < cut
+            size = int(np.count_nonzero(low))
+            if size in (0, len(cloud)):
+                continue
+            cost = _cost(bounding_box(cloud.positions[low]), size, plane)
+            cost += _cost(bounding_box(cloud.positions[~low]), len(cloud) - size, plane)
+            if cost < best:
+                best, chosen = cost, low
+    if chosen is None:
+        return [cloud]
+    return split(cloud.select(chosen), plane) + split(cloud.select(~chosen), plane)
+
+
+def _cuts(values: Floats, span: Floats) -> list[float]:
+    """The middle of the range, and the middle of the widest gap."""
+    if span[1] <= span[0]:
+        return []
+    edges = np.linspace(span[0], span[1], 33)
+    filled = np.flatnonzero(np.histogram(values, edges)[0])
+    gaps = np.diff(filled)
+    cuts = [float(span.mean())]
+    if gaps.size and gaps.max() > 1:
+        at = int(np.argmax(gaps))
+        cuts.append(float((edges[filled[at] + 1] + edges[filled[at + 1]]) / 2))
+    return cuts
+
+
+def leaf_grid(box: Floats, count: int, nodes: tuple[int, int], plane: Plane) -> tuple[int, int]:
+    """Into how many sub-clusters along x and y the points are best sorted.
+
+    nodes : (n_x, n_y) of the cluster
+    Sub-clusters need few nodes each, and their basebands are carried to the cluster's nodes by
+    two small matrix products.
+    """
+    kx, ky = _kappas(box, plane)
+    best, chosen = np.inf, (1, 1)
+    for gx in (1, 2, 4, 8, 16, 32):
+        for gy in (1, 2, 4, 8, 16, 32):
+            leaves = gx * gy
+            if leaves > 1 and leaves * 200 > count:
+                continue
+            if leaves == 1:
+                nx, ny, carry = nodes[0], nodes[1], 0.0
+            else:
+                nx, ny = (ceil(k / g + 8) for k, g in ((kx, gx), (ky, gy)))
+                nx, ny = min(nx, nodes[0]), min(ny, nodes[1])
+                carry = leaves * (4 * nodes[1] * nx * (ny + nodes[0]) + _CLUSTER)
+            terms = 1 + 3.0 / leaves**0.5
+            cost = carry + 4 * count * nx * ny * terms + _ENTRY * count * (nx + ny)
+            if cost < best:
+                best, chosen = cost, (gx, gy)
+    return chosen
+
+
+def leaves(cloud: PointCloud, box: Floats, grid: tuple[int, int]) -> list[PointCloud]:
+    """The cloud's points sorted into a grid of equal boxes over x and y; empty ones left out."""
+    cell = np.zeros(len(cloud), dtype=np.intp)
+    for axis, n in enumerate(grid):
+        low, high = box[axis]
+        if n > 1 and high > low:
+            at = ((cloud.positions[:, axis] - low) * (n / (high - low))).astype(np.intp)
+            cell = cell * n + np.minimum(at, n - 1)
+    order = np.argsort(cell, kind="stable")
+    bounds = np.flatnonzero(np.diff(cell[order])) + 1
+    return [cloud.select(part) for part in np.split(order, bounds)]

@@ -1,0 +1,306 @@
+"""The baseband of a cluster at its nodes: separable tables times a short separable series.
+
+With r_x = √(dx² + z²), r_y likewise, a spherical wave is
+
+    exp(ikr)/r = [exp(ik(r_x − z))·exp(ik(r_y − z))·exp(ikz)/z] · G,
+    G = z/r·exp(ike),  e = r − r_x − r_y + z ≈ −dx²·dy²/(4z³).
+
+The bracket is separable: two small tables and one matrix product. G depends weakly on where in
+the cluster the point is, so it is expanded there in products of Chebyshev polynomials,
+G ≈ Σ_l F_l(x, y)·P_l(point), with the terms that the tolerance needs and no others; each term is
+one matrix product more.
+"""
+
+from dataclasses import dataclass
+from math import ceil, log, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh.curved.nodes import Axis, chebyshev, interpolation, node_count
+from chrmc.footprint import taper
+from chrmc.scene.points import PointCloud
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+
+_POINTS = 4096  # points whose tables are held at once
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The separable reference wave exp(ik(r_x − z) + ik(r_y − z)) from a cluster's centre."""
+
+    x: float
+    y: float
+    z: float
+
+
+def axis_cycles(
+    t: Floats, x: Floats, z: Floats, centre: float, z_centre: float, wavelength: float
+) -> Floats:
+    """(N, len(t)) cycles of (√((t−x)² + z²) − z) − the same of the centre, without cancellation."""
+    x, z = x[:, None], z[:, None]
+    own, offset = t - centre, t - x
+    r_own, r = np.sqrt(own**2 + z_centre**2), np.sqrt(offset**2 + z**2)
+    sagitta = own**2 / (r_own + z_centre) + offset**2 / (r + z)
+    dx, dz = x - centre, z - z_centre
+    return ((dx - 2 * own) * dx - dz * sagitta) / ((r_own + r) * wavelength)
+
+
+def phase_table(
+    nodes: Floats, x: Floats, z: Floats, centre: float, z_centre: float, wavelength: float
+) -> Floats:
+    """`axis_cycles` at many nodes, interpolated in double precision from as few as that takes.
+
+    The cycles are analytic in t up to t = x ± iz, so a Chebyshev series of them falls by
+    ρ = z/h + √(1 + (z/h)²) per term on an interval of half-length h.
+    """
+    low, high = float(nodes[0]), float(nodes[-1])
+    half = (high - low) / 2
+    if half > 0:
+        ratio = float(min(z.min(), z_centre)) / half
+        swing = (2 * half + float(np.ptp(x)) + 1e-3 * half) / wavelength
+        few = 3 + ceil(log(1e10 * max(swing, 1.0)) / log(ratio + sqrt(1 + ratio * ratio)))
+        if few < 0.7 * len(nodes):
+            coarse = (low + high) / 2 + half * chebyshev(few)
+            values = axis_cycles(coarse, x, z, centre, z_centre, wavelength)
+            return values @ interpolation(few, (nodes - (low + high) / 2) / half).T
+    return axis_cycles(nodes, x, z, centre, z_centre, wavelength)
+
+
+def fold(cycles: Floats) -> tuple[Singles, Singles]:
+    """cos and sin of 2π·cycles in float32, reduced in float64; `cycles` is overwritten."""
+    cycles -= np.rint(cycles)
+    turn = cycles.astype(np.float32)
+    turn *= np.float32(2 * pi)
+    return np.cos(turn), np.sin(turn)
+
+
+def _apply_taper(
+    parts: tuple[Singles, Singles], axis: Axis, x: Floats, z: Floats, reach: float
+) -> None:
+    for panel in axis.panels:
+        if panel.tapered:
+            weight = taper(axis.nodes[panel.nodes] - x[:, None], (z * reach)[:, None])
+            for part in parts:
+                part[:, panel.nodes] *= weight
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """G ≈ Σ_l F_l(x, y)·P_l(point) over a box of points and a rectangle of the hologram.
+
+    orders : (L, 3) degrees of the Chebyshev polynomials in x, y, z of the point
+    box : (3, 2) lowest and highest x, y, z
+    grid : half-open, the Chebyshev grid of `values`: (low, high, count) for x and for y
+    values : (L, ny, nx) complex128 F_l on that grid
+    dropped : relative rms of the terms left out
+    """
+
+    orders: NDArray[np.intp]
+    box: Floats
+    grid: tuple[tuple[float, float, int], tuple[float, float, int]]
+    values: NDArray[np.complex128]
+    dropped: float
+
+    def at_points(self, positions: Floats) -> Floats:
+        """(L, N) P_l of each point."""
+        out = np.ones((len(self.orders), len(positions)))
+        for axis in range(3):
+            low, high = self.box[axis]
+            top = int(self.orders[:, axis].max())
+            if top == 0:
+                continue
+            u = (2 * positions[:, axis] - low - high) / (high - low)
+            polynomials = [np.ones_like(u), u]
+            while len(polynomials) <= top:
+                polynomials.append(2 * u * polynomials[-1] - polynomials[-2])
+            for row, degree in enumerate(self.orders[:, axis]):
+                if degree:
+                    out[row] *= polynomials[degree]
+        return out
+
+    def on_grid(self, x: Floats, y: Floats) -> tuple[Singles, Singles]:
+        """Real and imaginary parts of F_l at nodes, (L, len(y), len(x)) each."""
+        to_x, to_y = (
+            interpolation(n, (2 * t - low - high) / max(high - low, 1e-300))
+            for t, (low, high, n) in zip((x, y), self.grid, strict=True)
+        )
+        flat = self.values.reshape(-1, self.values.shape[2])
+        parts = []
+        for part in (flat.real, flat.imag):
+            wide = (part @ to_x.T).reshape(len(self.orders), self.values.shape[1], -1)
+            parts.append((to_y @ wide).astype(np.float32))
+        return parts[0], parts[1]
+
+
+def residual(x: Floats, y: Floats, z: Floats, wavelength: float) -> NDArray[np.complex128]:
+    """G at offsets x, y and depth z, broadcast, without cancellation."""
+    a, b = x * x, y * y
+    r_x, r_y = np.sqrt(a + z * z), np.sqrt(b + z * z)
+    r = np.sqrt(a + b + z * z)
+    e = -a * b * (1 / (r + r_x) + 1 / (r_y + z)) / ((r + r_y) * (r_x + z))
+    cycles = e / wavelength
+    return z / r * np.exp(2j * pi * (cycles - np.rint(cycles)))
+
+
+def _transform(count: int) -> Floats:
+    """(count, count) values at Chebyshev nodes → Chebyshev coefficients."""
+    polynomials = np.cos(np.arange(count)[:, None] * np.arccos(np.clip(chebyshev(count), -1, 1)))
+    polynomials *= 2 / count
+    polynomials[0] /= 2
+    return polynomials
+
+
+MOST_SAMPLES = 3_000_000
+
+
+def make_series(
+    x_range: tuple[float, float],
+    y_range: tuple[float, float],
+    box: Floats,
+    wavelength: float,
+    tolerance: float,
+) -> Series | None:
+    """The shortest `Series` with a relative rms remainder below `tolerance`; None when too long.
+
+    x_range, y_range : the nodes' range on the hologram, metres
+    box : (3, 2) the points' range
+    """
+    counts = _sample_counts(x_range, y_range, box, wavelength, tolerance)
+    if np.prod(counts, dtype=float) > MOST_SAMPLES:
+        return None
+    grids = [
+        (low + high) / 2 + (high - low) / 2 * chebyshev(n)
+        for (low, high), n in zip((x_range, y_range, *box), counts, strict=True)
+    ]
+    # axes: hologram y, hologram x, point x, point y, point z
+    tx, ty, px, py, pz = grids
+    samples = residual(
+        tx[None, :, None, None, None] - px[:, None, None],
+        ty[:, None, None, None, None] - py[:, None],
+        pz,
+        wavelength,
+    )
+    weight = np.ones(())
+    for axis, n in zip((2, 3, 4), counts[2:], strict=True):
+        samples = np.moveaxis(np.tensordot(samples, _transform(n), (axis, 1)), -1, axis)
+        mean_square = np.full(n, 0.5)
+        mean_square[0] = 1.0
+        weight = np.multiply.outer(weight, mean_square)
+    power = np.mean(np.abs(samples) ** 2, axis=(0, 1)) * weight
+    order = np.argsort(power, axis=None)[::-1]
+    left = np.cumsum(power.ravel()[order][::-1])[::-1]
+    total = left[0]
+    keep = max(1, int(np.searchsorted(-left, -total * tolerance**2)))
+    chosen = np.stack(np.unravel_index(order[:keep], power.shape), axis=1)
+    values = np.stack([samples[:, :, a, b, c] for a, b, c in chosen])
+    dropped = sqrt(left[keep] / total) if keep < len(left) else 0.0
+    return Series(
+        chosen, box, ((*x_range, counts[0]), (*y_range, counts[1])), values, float(dropped)
+    )
+
+
+def _sample_counts(
+    x_range: tuple[float, float],
+    y_range: tuple[float, float],
+    box: Floats,
+    wavelength: float,
+    tolerance: float,
+) -> list[int]:
+    """Chebyshev samples that resolve G along hologram x, y and point x, y, z."""
+    ends = [np.linspace(low, high, 5) for low, high in (x_range, y_range)]
+    corners = [np.unique([low, (low + high) / 2, high]) for low, high in box]
+    dx = (ends[0][:, None] - corners[0])[:, None, :, None, None]
+    dy = (ends[1][:, None] - corners[1])[None, :, None, :, None]
+    z = corners[2][:]
+    a, b = dx**2, dy**2
+    r_x, r_y, r = np.sqrt(a + z * z), np.sqrt(b + z * z), np.sqrt(a + b + z * z)
+    e = -a * b * (1 / (r + r_x) + 1 / (r_y + z)) / ((r + r_y) * (r_x + z)) * 2 * pi / wavelength
+    full = np.broadcast_to(e, (5, 5, len(corners[0]), len(corners[1]), len(corners[2])))
+    fall = np.broadcast_to(np.log(r / z), full.shape)
+    counts = []
+    for axis in range(5):
+        # The steepest slope of the phase, and of the amplitude's logarithm, over [−1, 1].
+        samples = full.shape[axis]
+        slope = sum(float(np.max(np.abs(np.diff(v, axis=axis)), initial=0.0)) for v in (full, fall))
+        slope *= (samples - 1) / 2
+        counts.append(1 if samples == 1 else 1 + node_count(slope, tolerance / 3))
+    counts[0], counts[1] = (max(n, 4) for n in counts[:2])
+    return counts
+
+
+def separable_baseband(
+    cloud: PointCloud,
+    axis_x: Axis,
+    axis_y: Axis,
+    reference: Reference,
+    wavelength: float,
+    reach: tuple[float, float],
+    series: Series,
+) -> tuple[Singles, Singles]:
+    """Real and imaginary parts (n_y, n_x) of Σ_j w·a/r·exp(i(kr + φ)) over the reference wave."""
+    nx, ny, terms = len(axis_x.nodes), len(axis_y.nodes), len(series.orders)
+    total = np.zeros((terms * 2 * ny, nx), dtype=np.float32)
+    for start in range(0, len(cloud), _POINTS):
+        part = slice(start, start + _POINTS)
+        x, y, z = cloud.positions[part].T
+        n = len(x)
+        across = fold(phase_table(axis_x.nodes, x, z, reference.x, reference.z, wavelength))
+        cycles = phase_table(axis_y.nodes, y, z, reference.y, reference.z, wavelength)
+        own = z / wavelength
+        cycles += (own - np.rint(own) + cloud.phase[part] / (2 * pi))[:, None]
+        down = fold(cycles)
+        _apply_taper(across, axis_x, x, z, reach[0])
+        _apply_taper(down, axis_y, y, z, reach[1])
+        scale = (series.at_points(cloud.positions[part]) * (cloud.amplitude[part] / z)).astype(
+            np.float32
+        )
+        # Complex products as real ones of twice the depth: sgemm runs several times faster
+        # than cgemm here, and the result comes apart into real and imaginary rows.
+        left = np.empty((2, n, terms, 2, ny), dtype=np.float32)
+        for term in range(terms):
+            np.multiply(down[0], scale[term][:, None], out=left[0, :, term, 0])
+            np.multiply(down[1], scale[term][:, None], out=left[0, :, term, 1])
+            np.negative(left[0, :, term, 1], out=left[1, :, term, 0])
+            left[1, :, term, 1] = left[0, :, term, 0]
+        right = np.concatenate(across)
+        total += left.reshape(2 * n, -1).T @ right
+    blocks = total.reshape(terms, 2, ny, nx)
+    f_real, f_imag = series.on_grid(axis_x.nodes, axis_y.nodes)
+    real = np.einsum("lyx,lyx->yx", f_real, blocks[:, 0])
+    real -= np.einsum("lyx,lyx->yx", f_imag, blocks[:, 1])
+    imag = np.einsum("lyx,lyx->yx", f_real, blocks[:, 1])
+    imag += np.einsum("lyx,lyx->yx", f_imag, blocks[:, 0])
+    return real, imag
+
+
+def exact_baseband(
+    cloud: PointCloud,
+    axis_x: Axis,
+    axis_y: Axis,
+    reference: Reference,
+    wavelength: float,
+    reach: tuple[float, float],
+) -> tuple[Singles, Singles]:
+    """The same as `separable_baseband` point by point, for geometry that no short series fits."""
+    nx, ny = len(axis_x.nodes), len(axis_y.nodes)
+    total = np.zeros((ny, nx), dtype=np.complex128)
+    block = max(1, (1 << 20) // max(1, nx * ny))
+    for start in range(0, len(cloud), block):
+        part = slice(start, start + block)
+        x, y, z = cloud.positions[part].T
+        dx, dy = axis_x.nodes - x[:, None], axis_y.nodes - y[:, None]
+        wave = residual(dx[:, None, :], dy[:, :, None], z[:, None, None], wavelength)
+        own = z / wavelength
+        cycles_x = axis_cycles(axis_x.nodes, x, z, reference.x, reference.z, wavelength)
+        cycles_y = axis_cycles(axis_y.nodes, y, z, reference.y, reference.z, wavelength)
+        cycles_y += (own - np.rint(own) + cloud.phase[part] / (2 * pi))[:, None]
+        phasor_x = np.exp(2j * pi * (cycles_x - np.rint(cycles_x)))
+        phasor_y = np.exp(2j * pi * (cycles_y - np.rint(cycles_y)))
+        phasor_x *= taper(dx, (z * reach[0])[:, None])
+        phasor_y *= taper(dy, (z * reach[1])[:, None])
+        phasor_y *= (cloud.amplitude[part] / z)[:, None]
+        total += np.einsum("jyx,jy,jx->yx", wave, phasor_y, phasor_x, optimize=True)
+    return total.real.astype(np.float32), total.imag.astype(np.float32)
