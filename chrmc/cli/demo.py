@@ -1,0 +1,100 @@
+"""`chrmc demo`: the whole path on one scene, with pictures and a verdict."""
+
+from pathlib import Path
+
+import click
+
+from chrmc.cli.arguments import form_option
+
+FRAMES = (1, 21, 51, 80)
+"""The frames that the paper shows, and the first."""
+
+
+@click.command("demo")
+@click.argument("scene", default="car-house")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("demo"),
+    show_default=True,
+    help="Folder for the video and the pictures.",
+)
+@click.option(
+    "--monitor", default=None, help="Also play full screen on this monitor. [headless only]"
+)
+@click.option("--cgh", default=None, help="CGH method. [curved]")
+@click.option("--compensation", default=None, help="Video method. [ch-rmc]")
+@click.option("--surface", default=None, help="Of ch-rmc: object (exact) or paper. [object]")
+@click.option("--tolerance", type=float, default=None, help="Largest relative field error. [1e-3]")
+@form_option
+@click.option("--force", is_flag=True, help="Replace another video in the folder.")
+def command(
+    scene: str,
+    out: Path,
+    monitor: str | None,
+    cgh: str | None,
+    compensation: str | None,
+    surface: str | None,
+    tolerance: float | None,
+    form: str,
+    force: bool,
+) -> int:
+    """Make, play, reconstruct and check the holograms of SCENE [car-house], all frames.
+
+    Ends with OUT/montage.png, focus curves, a table and the verdict; exit status 0 when every
+    object is in focus where the scene says, 1 when not.
+    """
+    from chrmc.cli.check import command as check
+    from chrmc.cli.generation import generate, summary
+    from chrmc.cli.montage import draw_montage
+    from chrmc.cli.play import command as play
+    from chrmc.cli.recipes import recipe_for
+    from chrmc.files import replacing
+    from chrmc.scene.load import load_scene
+    from chrmc.slm import LC_R_1080
+    from chrmc.store import open_video, remove_video
+
+    recipe = recipe_for(
+        load_scene(scene, form=form),
+        LC_R_1080,
+        cgh=cgh,
+        compensation=compensation,
+        surface=surface,
+        tolerance=tolerance,
+    )
+    folder = out / "video"
+    if force:
+        remove_video(folder)
+
+    heading("1. Holograms")
+    made = generate(recipe, folder)
+    video = open_video(folder)
+    table = list(summary(video.frames))
+    click.echo(f"{folder}: {made} made, {len(video.frames) - made} kept")
+    for line in table:
+        click.echo(line)
+    with replacing(out / "summary.txt") as partial:
+        partial.write_text("\n".join(table) + "\n", encoding="utf-8")
+
+    heading("2. Playback")
+    log = ["--log", str(out / "flips.csv")]
+    where = ["--headless", "--verify"] if monitor is None else ["--monitor", monitor]
+    try:
+        play.main([str(folder), *where, *log], standalone_mode=False)
+    except (ValueError, OSError) as error:
+        if monitor is not None:
+            raise
+        click.echo(f"not played: {error}")
+
+    heading("3. Reconstruction and focus")
+    numbers = [n for n in FRAMES if n in video.numbers] or [video.numbers[0], video.numbers[-1]]
+    draw_montage(video, numbers, out / "montage.png")
+    click.echo(f"pictures in {out / 'montage.png'}, focus curves in {out / 'focus.png'}")
+    asked = ["--frames", ",".join(str(n) for n in numbers), "--plot", str(out / "focus.png")]
+    status = check.main([str(folder), *asked], standalone_mode=False)
+    return int(status or 0)
+
+
+def heading(text: str) -> None:
+    """A line that parts the demo's steps."""
+    click.echo(("" if text.startswith("1") else "\n") + text)
