@@ -93,16 +93,15 @@ def limit_band(
 ) -> NDArray[np.complex64]:
     """The field without frequencies |f_y| ≥ the coding's passband; (H, W) complex64.
 
-    Along y only, on a grid half as long again, so that what runs over one edge does not come back
-    at the other.
+    Along y only, and on the SLM's own rows: padding would cut the field off at the edges and so
+    bring new frequencies in, where a field that keeps to the band already shall pass unchanged.
     """
-    rows = scipy.fft.next_fast_len(slm.height + slm.height // 2, real=False)
-    spectrum = scipy.fft.fft(field, rows, axis=0, workers=workers())
-    spectrum[np.abs(scipy.fft.fftfreq(rows, slm.pixel_pitch)) >= coding.passband.fy_max] = 0
+    spectrum = scipy.fft.fft(field, axis=0, workers=workers())
+    spectrum[np.abs(scipy.fft.fftfreq(slm.height, slm.pixel_pitch)) >= coding.passband.fy_max] = 0
     limited: NDArray[np.complex64] = scipy.fft.ifft(
         spectrum, axis=0, workers=workers(), overwrite_x=True
     )
-    return limited[: slm.height]
+    return limited
 
 
 def encode_signal(

@@ -196,8 +196,12 @@ class Offscreen:
     def poll(self) -> None:
         """No events."""
 
+    def finish(self) -> None:
+        """Wait until the frame is drawn."""
+        self.context.finish()
+
     def flip(self) -> None:
-        """Wait until the frame is drawn, as a screen's flip does."""
+        """What a screen's flip does: return once the frame is there."""
         self.context.finish()
 
     def pressed(self) -> list[str]:

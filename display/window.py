@@ -190,6 +190,10 @@ class Window:
         """Let another thread `bind` it."""
         self._glfw.make_context_current(None)
 
+    def finish(self) -> None:
+        """Wait until the frame is drawn, not yet shown."""
+        self._finish()
+
     def flip(self) -> None:
         """Show what was drawn, and return once it is shown.
 
