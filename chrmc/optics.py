@@ -314,13 +314,13 @@ class Propagator:
         moved = spectrum * self.transfer(distance)
         if y.matrix is not None and x.matrix is not None:
             rows, columns = self.patch.shape
-            if rows * x.grid <= columns * y.grid:
+            if rows * x.grid * (y.grid + columns) <= columns * y.grid * (x.grid + rows):
                 product = (y.matrix @ moved) @ x.matrix.T
             else:
                 product = y.matrix @ (moved @ x.matrix.T)
             return np.asarray(product, dtype=np.complex64)
-        columns_done = scipy.fft.ifft(moved, axis=0, workers=workers(), overwrite_x=True)
-        half = np.take(columns_done, y.first + np.arange(self.patch.shape[0]), axis=0, mode="wrap")
+        tall = scipy.fft.ifft(moved, axis=0, workers=workers(), overwrite_x=True)
+        half = np.take(tall, y.first + np.arange(self.patch.shape[0]), axis=0, mode="wrap")
         full = scipy.fft.ifft(half, axis=1, workers=workers(), overwrite_x=True)
         out = np.take(full, x.first + np.arange(self.patch.shape[1]), axis=1, mode="wrap")
         return np.asarray(out, dtype=np.complex64)

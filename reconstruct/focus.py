@@ -1,0 +1,180 @@
+"""At what depth a region is in focus, found without knowing it.
+
+A rotated body is deeper than the depth of focus, and the sharpness of the whole region peaks
+wherever its points happen to crowd, up to 0.5 mm from their mean. So the region is cut into tiles
+of two scene pixels; each tile finds its own depth, the peak of ΣI²/(ΣI)² refined by a parabola;
+the mean of the tiles' depths, weighted by the light that each holds in focus, is the intensity-
+weighted mean depth of what is seen there: within 0.1 mm for bodies 1.4 mm deep.
+
+Noise has no focus: its tiles scatter evenly over the range searched, and that is how it is told.
+"""
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.optics import Patch
+from reconstruct.focus_metrics import metric_named
+from reconstruct.stack import FocalStack
+
+SCATTER_LIMIT = 0.7
+"""Tiles scattered wider than this share of an even scatter over the range show no focus: objects
+of the test scenes reach 0.5, noise and defocused light 0.87 to 1.05."""
+DARK = 0.1
+"""Tiles with less than this share of the brightest tile's light do not count."""
+
+
+@dataclass(frozen=True, eq=False)
+class Focus:
+    """Where a region is in focus.
+
+    depth : metres; NaN where nothing is sharp
+    front, rear : depths that the nearest and farthest tenth of the focused light lie beyond, metres
+    scatter : weighted standard deviation of the tiles' depths, metres
+    position : (x, y) centroid of the intensity at `depth`, metres
+    depths, curve : (D,) and (D,) the region's focus curve, mean sharpness of the tiles
+    tile_depth, tile_light : (m, n) each tile's depth (NaN where it has no peak) and focused light
+    focused : whether the tiles agree on a depth better than noise would
+    """
+
+    depth: float
+    front: float
+    rear: float
+    scatter: float
+    position: tuple[float, float]
+    depths: NDArray[np.float64]
+    curve: NDArray[np.float64]
+    tile_depth: NDArray[np.float64]
+    tile_light: NDArray[np.float64]
+    focused: bool
+
+
+def refine_peak(depths: NDArray[np.float64], curve: NDArray[np.float64]) -> float:
+    """Depth of the largest value, refined by the parabola through its neighbours.
+
+    NaN when the largest value is the first or last, where no peak is seen.
+    """
+    i = int(np.argmax(curve))
+    if i == 0 or i == len(curve) - 1:
+        return float("nan")
+    a, b, c = (float(v) for v in curve[i - 1 : i + 2])
+    bend = a - 2 * b + c
+    offset = 0.5 * (a - c) / bend if bend < 0 else 0.0
+    return float(depths[i] + offset * (depths[i + 1] - depths[i]))
+
+
+def focus_curve(stack: FocalStack, metric: str = "variance") -> NDArray[np.float64]:
+    """(D,) a published metric over the whole region at each depth."""
+    measure = metric_named(metric)
+    return np.array([measure(plane) for plane in stack.intensity])
+
+
+def tile_moments(
+    stack: FocalStack, tile: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(D, m, n) ΣI and ΣI² over tiles of `tile` × `tile` samples; what is left over is dropped."""
+    count, height, width = stack.intensity.shape
+    tile = max(1, min(tile, height, width))
+    m, n = height // tile, width // tile
+    blocks = stack.intensity[:, : m * tile, : n * tile].astype(np.float64)
+    blocks = blocks.reshape(count, m, tile, n, tile)
+    return blocks.sum(axis=(2, 4)), np.einsum("dmtnu,dmtnu->dmn", blocks, blocks)
+
+
+def find_focus(
+    stack: FocalStack, tile: int, brightness: NDArray[np.float64] | None = None
+) -> Focus:
+    """The focus of a region.
+
+    stack : intensities at five depths or more
+    tile : side of a tile in samples, about two scene pixels
+    brightness : (h, w) how bright equal points look (`reconstruct.stack.brightness`), taken out of
+        the weights of tiles and centroid; default equally bright
+    """
+    depths = stack.depths
+    if len(depths) < 5:
+        raise ValueError(f"a focus needs 5 depths or more, not {len(depths)}")
+    light, square = tile_moments(stack, tile)
+    if brightness is not None:
+        m, n = light.shape[1:]
+        side = max(1, min(tile, *stack.patch.shape))
+        shape = (m, side, n, side)
+        even = brightness[: m * side, : n * side].reshape(shape).mean(axis=(1, 3))
+        light, square = light / even, square / even**2
+    total = float(light.sum())
+    nowhere = (float("nan"), float("nan"))
+    if not total > 0:
+        nan = float("nan")
+        dark = np.zeros(light.shape[1:])
+        return Focus(
+            nan, nan, nan, nan, nowhere, depths, np.zeros(len(depths)), dark * nan, dark, False
+        )
+    floor = total / light.size * 1e-9
+    sharpness = square / (light + floor) ** 2
+    mean_light = light.mean(axis=0)
+    curve = np.einsum("dmn,mn->d", sharpness, mean_light) / mean_light.sum()
+    shape = light.shape[1:]
+    tile_depth = np.array(
+        [refine_peak(depths, sharpness[:, i, j]) for i, j in np.ndindex(*shape)]
+    ).reshape(shape)
+    best = sharpness.argmax(axis=0)
+    tile_light = np.take_along_axis(light, best[None], axis=0)[0]
+    seen = np.isfinite(tile_depth) & (tile_light >= DARK * tile_light.max())
+    if not seen.any():
+        nan = float("nan")
+        return Focus(
+            nan, nan, nan, nan, nowhere, depths, curve, tile_depth, tile_light, False
+        )
+    z, weight = tile_depth[seen], tile_light[seen]
+    mean, scatter = weighted_mean(z, weight)
+    # A few tiles of background latch on to nothing: they go, once.
+    near = np.abs(z - mean) <= 2.5 * scatter + stack.step
+    mean, _ = weighted_mean(z[near], weight[near])
+    front, rear = weighted_quantiles(z[near], weight[near], (0.1, 0.9))
+    uniform = float(depths[-1] - depths[0]) / sqrt(12)
+    plane = stack.intensity[int(np.argmin(np.abs(depths - mean)))]
+    if brightness is not None:
+        plane = plane / brightness
+    return Focus(
+        mean,
+        front,
+        rear,
+        scatter,
+        centroid(plane, stack.patch),
+        depths,
+        curve,
+        tile_depth,
+        tile_light,
+        scatter < SCATTER_LIMIT * uniform,
+    )
+
+
+def weighted_mean(
+    values: NDArray[np.float64], weights: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Weighted mean and standard deviation."""
+    mean = float(np.average(values, weights=weights))
+    return mean, sqrt(float(np.average((values - mean) ** 2, weights=weights)))
+
+
+def weighted_quantiles(
+    values: NDArray[np.float64], weights: NDArray[np.float64], shares: tuple[float, float]
+) -> tuple[float, float]:
+    """Values below which the given shares of the weight lie."""
+    order = np.argsort(values)
+    filled = np.cumsum(weights[order]) - weights[order] / 2
+    low, high = np.interp(shares, filled / weights.sum(), values[order])
+    return float(low), float(high)
+
+
+def centroid(image: NDArray[np.floating], patch: Patch) -> tuple[float, float]:
+    """(x, y) mean position of the light, metres; NaN for none."""
+    y, x = patch.coordinates()
+    rows = np.sum(image, axis=1, dtype=np.float64)
+    columns = np.sum(image, axis=0, dtype=np.float64)
+    total = float(rows.sum())
+    if not total > 0:
+        return float("nan"), float("nan")
+    return float(columns @ x) / total, float(rows @ y) / total

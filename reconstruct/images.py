@@ -1,0 +1,119 @@
+"""Reconstructions as files: 8-bit PNG for the eye, float32 EXR for numbers, metadata in both."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.files import replacing
+
+SUFFIXES = (".png", ".exr")
+
+
+def to_grey(
+    image: NDArray[np.floating], full_scale: float | None = None, gamma: float = 2.2
+) -> NDArray[np.uint8]:
+    """Intensity as display grey levels: 255·(I/full_scale)^(1/gamma), clipped.
+
+    full_scale : intensity shown as 255, default the image's largest; give one for a sequence
+    gamma : of the display; 1 makes grey proportional to intensity
+    """
+    if not (np.isfinite(gamma) and gamma > 0):
+        raise ValueError(f"gamma must be positive, not {gamma}")
+    top = float(np.max(image)) if full_scale is None else float(full_scale)
+    if not np.isfinite(top) or top < 0:
+        raise ValueError(f"full_scale must be a finite intensity of 0 or more, not {top}")
+    if top == 0:
+        return np.zeros(image.shape, dtype=np.uint8)
+    level = np.clip(np.asarray(image, dtype=np.float32) / np.float32(top), 0, 1)
+    return np.rint(255 * level ** np.float32(1 / gamma)).astype(np.uint8)
+
+
+def check_suffix(path: str | Path) -> Path:
+    """The path, or ValueError when its suffix is neither .png nor .exr."""
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise ValueError(f"{path}: reconstructions are written as .png or .exr")
+    return path
+
+
+def write_image(
+    path: str | Path,
+    image: NDArray[np.floating],
+    metadata: dict[str, Any] | None = None,
+    full_scale: float | None = None,
+    gamma: float = 2.2,
+) -> None:
+    """Write (h, w) intensities by the suffix: .png as `to_grey` shows them, .exr unchanged.
+
+    metadata : anything JSON holds; kept as the ImageDescription, with full_scale and gamma of a
+        PNG, so that its levels can be turned back into intensities
+    """
+    path = check_suffix(path)
+    if image.ndim != 2 or image.size == 0:
+        raise ValueError(f"{path}: an image must be (h, w) and not empty, not {image.shape}")
+    note = dict(metadata or {})
+    if path.suffix.lower() == ".png":
+        top = float(np.max(image)) if full_scale is None else float(full_scale)
+        note |= {"full_scale": top, "gamma": gamma}
+        _write(path, to_grey(image, top, gamma)[:, :, None], "uint8", note)
+    else:
+        _write(path, np.asarray(image, dtype=np.float32)[:, :, None], "float", note)
+
+
+def write_colour(path: str | Path, image: NDArray[np.uint8]) -> None:
+    """Write (h, w, 3) uint8 as a PNG."""
+    path = Path(path)
+    if path.suffix.lower() != ".png":
+        raise ValueError(f"{path}: colour pictures are written as .png")
+    _write(path, image, "uint8", {})
+
+
+def _write(path: Path, pixels: NDArray[Any], kind: str, note: dict[str, Any]) -> None:
+    import OpenImageIO as oiio
+
+    height, width, channels = pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, kind)
+    if channels == 1:
+        spec.channelnames = ("Y",)
+    if note:
+        spec.attribute("ImageDescription", json.dumps(note))
+    with replacing(path) as partial:
+        out = oiio.ImageOutput.create(str(partial))
+        if out is None:
+            raise OSError(f"{path}: no writer for this kind of file")
+        if not out.open(str(partial), spec):
+            raise OSError(f"{path}: {out.geterror()}")
+        written = out.write_image(np.ascontiguousarray(pixels))
+        closed = out.close()
+        if not (written and closed):
+            raise OSError(f"{path}: {out.geterror()}")
+
+
+def read_image(path: str | Path) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    """(h, w) values and metadata of a written image; PNG levels come back as 0 … 255."""
+    import OpenImageIO as oiio
+
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is missing")
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise OSError(f"{path} cannot be read: {oiio.geterror().strip()}")
+    try:
+        spec = source.spec()
+        kind = "uint8" if str(spec.format) == "uint8" else "float"
+        pixels = source.read_image(format=kind)
+        if pixels is None:
+            raise OSError(f"{path} is damaged: {source.geterror().strip()}")
+        note = spec.get_string_attribute("ImageDescription", "")
+    finally:
+        source.close()
+    values = np.asarray(pixels, dtype=np.float32).reshape(spec.height, spec.width, spec.nchannels)
+    try:
+        metadata = json.loads(note) if note else {}
+    except json.JSONDecodeError:
+        metadata = {"description": note}
+    return values[:, :, 0], metadata
