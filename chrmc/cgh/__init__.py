@@ -27,9 +27,12 @@ Method = Callable[..., NDArray[np.complex64]]
 
 # name: the module of this package whose `field` it is
 METHODS = {
+    "curved": "chrmc.cgh.curved",
     "rt": "chrmc.cgh.rt",
     "fresnel": "chrmc.cgh.fresnel",
     "wrp": "chrmc.cgh.wrp",
+    "nlut": "chrmc.cgh.nlut",
+    "nlut-1d": "chrmc.cgh.nlut_1d",
 }
 
 

@@ -43,7 +43,7 @@ def test_error_falls_as_planes_are_added_down_to_a_floor() -> None:
     cloud = scene_like(30, (0.2, 0.3))
     one, two, eight, sixteen = (error(cloud, planes=n) for n in (1, 2, 8, 16))
     assert one > 1.5 * two > 1.5 * eight
-    assert 5e-3 > eight and abs(sixteen - eight) < 0.1 * eight
+    assert eight < 5e-3 and abs(sixteen - eight) < 0.1 * eight
 
 
 def test_error_falls_with_the_guard() -> None:

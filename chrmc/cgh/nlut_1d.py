@@ -1,0 +1,73 @@
+"""One-dimensional novel look-up table: each fringe the product of two shifted 1-D patterns.
+
+The Fresnel PFP exp(ikρ²/2z) is separable, so a depth plane needs two vectors of a few KB and the
+sum over points is one matrix product. It equals `nlut` with pfp="fresnel" to rounding, and shares
+its paraxial error.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh.pfp import DEPTH_STEP, PFPTable, Placed, axis_factors, quarter_axis
+from chrmc.coding import Passband
+from chrmc.scene.points import PointCloud
+from chrmc.slm import SLM
+from chrmc.window import Window
+
+new_cache = PFPTable
+_POINTS = 512  # per GEMM: bounds the tables
+
+
+def field(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    passband: Passband,
+    *,
+    depth_step: float | None = DEPTH_STEP,
+    subpixel: str = "exact",
+    cache: PFPTable | None = None,
+) -> NDArray[np.complex64]:
+    """Field on the window by shifted one-dimensional fringe patterns.
+
+    depth_step, subpixel, cache : as for `chrmc.cgh.nlut.field`
+
+    Equal to `nlut` with pfp="fresnel" within 1e-5; against the truth about 0.16 at 250 mm on the
+    full LC-R 1080 (paraxial).
+    """
+    table = PFPTable() if cache is None else cache
+    out = np.zeros(window.shape, dtype=np.complex64)
+    everything = Placed.of(cloud, slm, wavelength, depth_step, subpixel)
+    extent = everything.extent(slm, wavelength, passband)
+    for start in range(0, len(cloud), _POINTS):
+        part = everything.select(slice(start, start + _POINTS))
+        weight = part.factor / part.plane.astype(np.float32)
+        axes = []
+        for axis, pixels, f_max in (
+            (0, window.rows, passband.fy_max),
+            (1, window.columns, passband.fx_max),
+        ):
+            steps = np.abs(pixels - part.index[:, axis, None])
+            # Past the table's end lies nothing but a footprint's zero.
+            lit = steps < extent[axis]
+            lines = np.empty(steps.shape, dtype=np.complex64)
+            for z, tapered in set(zip(part.plane.tolist(), part.shift_only.tolist(), strict=True)):
+                chosen = (part.plane == z) & (part.shift_only == tapered)
+                pattern = quarter_axis(table, slm, wavelength, z, f_max, extent[axis], tapered)
+                lines[chosen] = pattern[np.minimum(steps[chosen], len(pattern) - 1)]
+            lines *= lit
+            rest = ~part.shift_only
+            if rest.any():
+                lines[rest] *= axis_factors(
+                    part.select(np.flatnonzero(rest)),
+                    axis,
+                    pixels,
+                    slm,
+                    wavelength,
+                    f_max,
+                    "fresnel",
+                )
+            axes.append(lines)
+        out += (axes[0] * weight[:, None]).T @ axes[1]
+    return out
