@@ -17,6 +17,8 @@ def write_grey(path: Path, levels: NDArray[np.uint8]) -> None:
     spec = oiio.ImageSpec(levels.shape[1], levels.shape[0], 1, "uint8")
     if path.suffix in (".tif", ".tiff"):
         spec.attribute("compression", "none")
+        # The writer would put the present time: equal frames must be equal files.
+        spec.attribute("DateTime", "2000:01:01 00:00:00")
     with replacing(path) as partial:
         out = oiio.ImageOutput.create(str(partial))
         if out is None:
