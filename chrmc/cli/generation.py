@@ -145,7 +145,15 @@ def grey_levels(frame: VideoFrame, recipe: Recipe, scale: float) -> NDArray[np.u
             return encode_signal(signal, scale, recipe.response)
     complex_field = frame.field
     with frame.record.stage("encode"):
-        return encode(complex_field, recipe.slm, recipe.encoding, scale, response=recipe.response)
+        # The generator kept to the encoding's passband, so nothing is left to filter.
+        return encode(
+            complex_field,
+            recipe.slm,
+            recipe.encoding,
+            scale,
+            response=recipe.response,
+            band_limited=True,
+        )
 
 
 def measured_error(frame: VideoFrame, recipe: Recipe) -> float | None:
