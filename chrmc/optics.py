@@ -9,6 +9,7 @@ import os
 from collections import OrderedDict
 from dataclasses import dataclass
 from math import ceil, isfinite, sqrt
+from typing import Any
 
 import numpy as np
 import scipy.fft
@@ -311,7 +312,7 @@ class Propagator:
     def at(self, spectrum: NDArray[np.complex64], distance: float) -> NDArray[np.complex64]:
         """Field on the patch, `distance` along the wave's travel, from `spectrum(field)`."""
         y, x = self._axes
-        moved = spectrum * self.transfer(distance)
+        moved: NDArray[Any] = spectrum * self.transfer(distance)
         if y.matrix is not None and x.matrix is not None:
             rows, columns = self.patch.shape
             if rows * x.grid * (y.grid + columns) <= columns * y.grid * (x.grid + rows):

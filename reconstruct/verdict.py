@@ -69,6 +69,7 @@ class ObjectVerdict:
     depth_error : of the intensity-weighted mean depth
     lateral_error : (x, y) of the centroid
     contrast, snr (dB), speckle_contrast : at the found depth (`reconstruct.metrics`)
+    depth_tolerance, lateral_tolerance : what it was held against, metres
     psnr (dB), ssim : against the reconstruction of the truth; None when that was not asked for
     """
 
@@ -81,6 +82,8 @@ class ObjectVerdict:
     contrast: float
     snr: float
     speckle_contrast: float
+    depth_tolerance: float
+    lateral_tolerance: float
     psnr: float | None = None
     ssim: float | None = None
 
@@ -221,6 +224,8 @@ def judge_object(
         contrast=metrics.contrast(plane, lit, ~lit),
         snr=metrics.snr(plane, lit, ~lit),
         speckle_contrast=metrics.speckle_contrast(plane, lit),
+        depth_tolerance=depth_tolerance,
+        lateral_tolerance=allowed,
         **likeness,
     )
 

@@ -1,0 +1,121 @@
+"""Verdicts as text, JSON and a plot of focus curves."""
+
+from collections.abc import Iterator, Sequence
+from math import hypot, isfinite
+from pathlib import Path
+from typing import Any
+
+from chrmc.files import replacing
+from reconstruct.verdict import FrameVerdict
+
+Verdicts = Sequence[FrameVerdict]
+
+
+def _mm(value: float, digits: int = 3) -> str:
+    return f"{value * 1e3:.{digits}f}" if isfinite(value) else "none"
+
+
+def _figure(value: float | None, form: str) -> str:
+    return "" if value is None else format(value, form) if isfinite(value) else str(value)
+
+
+def table(verdicts: Verdicts) -> Iterator[str]:
+    """Lines of a table: an object of a frame in each, then the verdict."""
+    shown = [o for v in verdicts for o in v.objects]
+    truth = any(o.psnr is not None for o in shown)
+    head = (
+        f"{'frame':>5}  {'object':<10} {'expected':>9} {'found':>9} {'error':>8} "
+        f"{'lateral':>8} {'front':>9} {'rear':>9} {'contrast':>8} {'SNR':>6} {'speckle':>7}"
+    )
+    yield head + (f" {'PSNR':>6} {'SSIM':>6}" if truth else "")
+    unit = f"{'':>5}  {'':<10} {'mm':>9} {'mm':>9} {'µm':>8} {'µm':>8} {'mm':>9} {'mm':>9} {'':>8} "
+    yield unit + f"{'dB':>6} {'':>7}" + (f" {'dB':>6} {'':>6}" if truth else "")
+    for verdict in verdicts:
+        if not verdict.objects:
+            yield f"{verdict.number:>5}  (empty)"
+        for o in verdict.objects:
+            lateral = hypot(*o.lateral_error) * 1e6
+            error = o.depth_error * 1e6
+            line = (
+                f"{verdict.number:>5}  {o.name:<10.10} {_mm(float(o.target.position[2])):>9} "
+                f"{_mm(o.focus.depth):>9} {_figure(error, '+.0f'):>8} {_figure(lateral, '.1f'):>8} "
+                f"{_mm(o.focus.front):>9} {_mm(o.focus.rear):>9} {o.contrast:>8.3f} "
+                f"{_figure(o.snr, '.1f'):>6} {o.speckle_contrast:>7.2f}"
+            )
+            if truth:
+                line += f" {_figure(o.psnr, '.1f'):>6} {_figure(o.ssim, '.4f'):>6}"
+            yield line + ("" if o.passed else f"  FAILS: {reason(o)}")
+    bad = sum(not o.passed for o in shown)
+    if bad:
+        yield f"{bad} of {len(shown)} objects are not in focus where the scene says"
+    else:
+        yield f"all {len(shown)} objects are in focus where the scene says"
+
+
+def reason(judged: Any) -> str:
+    """Why an object fails, in a few words."""
+    if not judged.focus.focused:
+        return "nothing comes into focus there"
+    found = []
+    if not abs(judged.depth_error) <= judged.depth_tolerance:
+        found.append(f"depth is {judged.depth_error * 1e3:+.2f} mm off")
+    if not hypot(*judged.lateral_error) <= judged.lateral_tolerance:
+        found.append(f"{hypot(*judged.lateral_error) * 1e6:.0f} µm off sideways")
+    return ", ".join(found)
+
+
+def as_dict(verdicts: Verdicts) -> dict[str, Any]:
+    """Everything for JSON."""
+    return {
+        "passed": all(v.passed for v in verdicts),
+        "frames": [
+            {"number": v.number, "passed": v.passed, "objects": [o.as_dict() for o in v.objects]}
+            for v in verdicts
+        ],
+    }
+
+
+def plot_curves(verdicts: Verdicts, path: str | Path) -> None:
+    """PNG: a panel per object, a focus curve per frame against the distance from the expected
+    depth, the found depths marked."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    names = list(dict.fromkeys(o.name for v in verdicts for o in v.objects))
+    figure, axes = plt.subplots(
+        1,
+        max(len(names), 1),
+        figsize=(5.2 * max(len(names), 1), 3.8),
+        squeeze=False,
+        sharey=True,
+        layout="constrained",
+    )
+    colours = plt.get_cmap("viridis")
+    count = max(len(verdicts) - 1, 1)
+    for axis, name in zip(axes[0], names, strict=False):
+        for index, verdict in enumerate(verdicts):
+            for o in (o for o in verdict.objects if o.name == name):
+                expected = float(o.target.position[2])
+                colour = colours(0.9 * index / count)
+                top = float(o.focus.curve.max()) or 1.0
+                axis.plot(
+                    (o.focus.depths - expected) * 1e3,
+                    o.focus.curve / top,
+                    color=colour,
+                    label=f"frame {verdict.number}: {_mm(o.focus.depth, 2)} mm",
+                )
+                if isfinite(o.depth_error):
+                    axis.plot(o.depth_error * 1e3, 1.03, "v", color=colour, clip_on=False)
+        axis.axvspan(-0.5, 0.5, color="0.92", zorder=0)
+        axis.axvline(0, color="0.6", lw=0.8, zorder=1)
+        axis.set_title(name)
+        axis.set_xlabel("depth − expected depth (mm)")
+        axis.legend(frameon=False, fontsize=8, title="found", title_fontsize=8)
+        axis.spines[["top", "right"]].set_visible(False)
+    axes[0][0].set_ylabel("sharpness, largest = 1")
+    path = Path(path)
+    with replacing(path) as partial:
+        figure.savefig(partial, dpi=120)
+    plt.close(figure)
