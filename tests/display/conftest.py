@@ -5,7 +5,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from chrmc.pictures import write_grey
 from chrmc.slm import LC_R_1080, SLM
 
 SMALL = SLM("small SLM", 640, 480, 8.1e-6)
+CHRMC = (sys.executable, "-c", "from chrmc.cli.main import main; main()")
 
 
 def program(name: str, package: str) -> str:
@@ -65,7 +66,7 @@ class XServer:
     def start(self, *arguments: str) -> subprocess.Popen[str]:
         """`chrmc` with these arguments on this display."""
         return subprocess.Popen(
-            [sys.executable, "-m", "chrmc.cli", *arguments],
+            [*CHRMC, *arguments],
             env=self.environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         )  # fmt: skip
 
@@ -144,12 +145,33 @@ def two_monitors(tmp_path_factory: pytest.TempPathFactory) -> Iterator[XServer]:
     for name, line, output in (("main", large, "DUMMY0"), ("slm", small, "DUMMY1")):
         server.run(xrandr, "--newmode", name, *line.split())
         server.run(xrandr, "--addmode", output, name)
-    left = "--output DUMMY0 --mode main --pos 0x0 --primary".split()
-    server.run(xrandr, *left, *"--output DUMMY1 --mode slm --pos 800x0".split())
-    time.sleep(0.2)
+    left = ["--output", "DUMMY0", "--mode", "main", "--pos", "0x0", "--primary"]
+    server.run(xrandr, *left, *["--output", "DUMMY1", "--mode", "slm", "--pos", "800x0"])
+    for _ in range(50):  # asking is also what makes the server look at its outputs again
+        if "DUMMY1 connected 640x480+800+0" in server.run(xrandr):
+            break
+        time.sleep(0.1)
     yield server
     process.terminate()
     process.wait()
+
+
+@pytest.fixture
+def small() -> SLM:
+    """An SLM of the second monitor's size."""
+    return SMALL
+
+
+@pytest.fixture
+def chrmc_command() -> tuple[str, ...]:
+    """How to call `chrmc` in a process of its own."""
+    return CHRMC
+
+
+@pytest.fixture
+def video_maker() -> Callable[..., Path]:
+    """`make_video(folder, slm, count, seed=0)`."""
+    return make_video
 
 
 def make_video(folder: Path, slm: SLM, count: int, seed: int = 0) -> Path:

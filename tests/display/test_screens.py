@@ -1,0 +1,194 @@
+"""Real windows: what a screenshot of the X server shows is what the file holds."""
+
+import csv
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from chrmc.pictures import read_grey, write_grey
+from chrmc.slm import LC_R_1080
+
+
+def wait_for(condition, seconds=30):
+    """Poll until a condition holds; its last value."""
+    deadline = time.monotonic() + seconds
+    while not (value := condition()) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    return value
+
+
+def shows(server, frame, column=0):
+    """Whether the desktop holds the frame, in all three channels, from a column on."""
+    rows, columns = frame.shape
+    part = server.screenshot()[:rows, column : column + columns]
+    return np.array_equal(part, frame[:, :, None].repeat(3, axis=2))
+
+
+def finish(process):
+    """End a player politely; its output."""
+    process.send_signal(signal.SIGTERM)
+    return process.communicate(timeout=30)
+
+
+def test_a_screenshot_equals_the_frame(one_monitor, tmp_path):
+    frame = np.random.default_rng(3).integers(0, 256, LC_R_1080.shape, dtype=np.uint8)
+    frame[:256, :256] = np.arange(256)  # every level among known neighbours
+    path = tmp_path / "frame.tif"
+    write_grey(path, frame)
+    player = one_monitor.start("play", str(path), "--log", str(tmp_path / "log.csv"))
+    try:
+        assert wait_for(lambda: shows(one_monitor, frame)), player.poll()
+    finally:
+        _, errors = finish(player)
+    assert "Traceback" not in errors, errors
+    assert player.returncode == 130
+    rows = list(csv.DictReader((tmp_path / "log.csv").open()))
+    assert rows and all(r["frame"] == "1" for r in rows)
+
+
+def test_read_back_from_a_window_is_exact(one_monitor, tmp_path, video_maker, small):
+    folder = video_maker(tmp_path / "video", small, 3)
+    player = one_monitor.start("play", str(folder), "--windowed", "--verify")
+    output, errors = player.communicate(timeout=60)
+    assert player.returncode == 0, errors
+    assert "equals its file to the pixel" in output
+
+
+def test_an_slm_that_is_not_there_is_refused(one_monitor, tmp_path, video_maker, small):
+    folder = video_maker(tmp_path / "video", small, 2)
+    player = one_monitor.start("play", str(folder))
+    _, errors = player.communicate(timeout=60)
+    assert player.returncode == 2
+    assert len(errors.strip().splitlines()) == 1 and "640 × 480" in errors
+
+
+def test_monitors_are_listed(two_monitors):
+    player = two_monitors.start("monitors", "--slm", "640x480:8.1e-6")
+    output, errors = player.communicate(timeout=60)
+    assert player.returncode == 0, errors
+    first, second = output.splitlines()[1:3]
+    assert "DUMMY0" in first and "800 × 600" in first and "primary" in first and "*" not in first
+    assert "DUMMY1" in second and "(800, 0)" in second and second.startswith("*")
+    assert "60 Hz" in second
+
+
+@pytest.mark.parametrize("wanted", [[], ["--monitor", "dummy1"], ["--monitor", "1"]])
+def test_the_second_monitor_gets_the_frame(two_monitors, tmp_path, video_maker, small, wanted):
+    folder = video_maker(tmp_path / "video", small, 1)
+    before = two_monitors.screenshot()[:600, :800]
+    path = folder / "frame_0001.tif"
+    player = two_monitors.start("play", str(path), "--slm", "640x480:8.1e-6", *wanted)
+    frame = read_grey(path)
+    try:
+        assert wait_for(lambda: shows(two_monitors, frame, 800)), player.poll()
+        assert np.array_equal(two_monitors.screenshot()[:600, :800], before)
+    finally:
+        _, errors = finish(player)
+    assert "Traceback" not in errors, errors
+
+
+def test_the_wrong_monitor_is_refused(two_monitors, tmp_path, video_maker, small):
+    folder = video_maker(tmp_path / "video", small, 1)
+    for wanted, complaint in (("DUMMY0", "800 × 600"), ("dummy", "2 monitors match"), ("x", "no")):
+        player = two_monitors.start("play", str(folder), "--monitor", wanted)
+        _, errors = player.communicate(timeout=60)
+        assert player.returncode == 2 and complaint in errors
+        assert len(errors.strip().splitlines()) == 1
+
+
+def test_the_gamma_ramp_is_straight_while_playing_and_put_back(
+    two_monitors, tmp_path, video_maker, small
+):
+    def gamma():
+        text = two_monitors.run("xrandr", "--verbose").split("DUMMY1")[1]
+        return text.split("Gamma:")[1].split()[0]
+
+    two_monitors.run("xrandr", "--output", "DUMMY1", "--gamma", "1:0.5:2")
+    bent = gamma()
+    assert bent != "1.0:1.0:1.0"
+    folder = video_maker(tmp_path / "video", small, 1)
+    player = two_monitors.start(
+        "play", str(folder / "frame_0001.tif"), "--slm", "640x480:8.1e-6"
+    )
+    try:
+        assert wait_for(lambda: gamma() == "1.0:1.0:1.0"), gamma()
+    finally:
+        finish(player)
+    assert gamma() == bent
+    two_monitors.run("xrandr", "--output", "DUMMY1", "--gamma", "1:1:1")
+
+
+def test_keys_reach_the_player(one_monitor, tmp_path, video_maker, small):
+    folder = video_maker(tmp_path / "video", LC_R_1080, 2)
+    player = one_monitor.start("play", str(folder), "--loop", "--log", str(tmp_path / "log.csv"))
+    log = tmp_path / "log.csv"
+    assert wait_for(lambda: log.exists() and len(log.read_text().splitlines()) > 5)
+    xdotool = ("xdotool", "key")
+    one_monitor.run(*xdotool, "space")
+    assert wait_for(lambda: "paused" in log.read_text())
+    one_monitor.run(*xdotool, "Escape")
+    output, errors = player.communicate(timeout=30)
+    assert player.returncode == 0, errors
+    assert "flips in" in output
+
+
+def test_a_killed_player_leaves_a_whole_log(one_monitor, tmp_path, video_maker):
+    folder = video_maker(tmp_path / "video", LC_R_1080, 2)
+    log = tmp_path / "log.csv"
+    player = one_monitor.start("play", str(folder), "--loop", "--log", str(log))
+    assert wait_for(lambda: log.exists() and len(log.read_text().splitlines()) > 10)
+    player.kill()
+    player.communicate(timeout=30)
+    text = log.read_text()
+    assert text.endswith("\n")
+    rows = list(csv.DictReader(text.splitlines()))
+    assert [int(r["flip"]) for r in rows] == list(range(1, len(rows) + 1))
+    assert all(r["sha256"] and r["status"] and r["missed"] is not None for r in rows)
+
+
+TWO_PLAYERS = """
+import sys
+from pathlib import Path
+from chrmc.slm import SLM
+from display.log import FlipLog
+from display.player import Options, Player, play_together
+from display.playlist import open_playlist
+from display.prefetch import Ring
+from display.window import Window
+left, right = SLM("left", 800, 600, 8e-6), SLM("right", 640, 480, 8e-6)
+players = []
+for slm, target in ((left, sys.argv[1]), (right, sys.argv[2])):
+    playlist = open_playlist(target, slm)
+    ring = Ring(playlist.read, 1)
+    ring.__enter__()
+    options = Options(hold=True, seconds=float(sys.argv[3]))
+    window = Window(slm)
+    players.append(Player(window, ring, [1], slm.shape, options))
+print([s.frames for s in play_together(players)])
+"""
+
+
+def test_two_players_on_two_monitors_from_one_program(two_monitors, tmp_path, small):
+    rng = np.random.default_rng(5)
+    frames = [rng.integers(0, 256, shape, dtype=np.uint8) for shape in ((600, 800), small.shape)]
+    paths = []
+    for name, frame in zip(("left.tif", "right.tif"), frames, strict=True):
+        paths.append(str(tmp_path / name))
+        write_grey(tmp_path / name, frame)
+    program = subprocess.Popen(
+        [sys.executable, "-c", TWO_PLAYERS, *paths, "6"],
+        env=two_monitors.environment, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    try:
+        assert wait_for(
+            lambda: shows(two_monitors, frames[0]) and shows(two_monitors, frames[1], 800), 15
+        ), program.poll()
+    finally:
+        output, errors = program.communicate(timeout=60)
+    assert program.returncode == 0, errors
+    assert output.strip() == "[1, 1]"
