@@ -64,8 +64,8 @@ def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
     if source is None:
         raise OSError(f"{path} cannot be read: {_line(oiio.geterror())}")
     try:
-        spec = source.spec()
-        names = list(spec.channelnames)
+        channels = _channels(source)
+        names = [name for name, _, _ in channels]
         depth = find_channel(names, DEPTH_NAMES)
         if depth is None:
             raise ValueError(
@@ -79,15 +79,16 @@ def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
                 f"{path} has channels {', '.join(names)}, no Y, intensity or R, G, B: "
                 "add the intensity"
             )
-        intensity = sum(w * _channel(source, spec, c, path) for c, w in weights)
+
+        def pixels(channel: int) -> NDArray[Any]:
+            _, part, index = channels[channel]
+            return _read_channel(source, part, index, path)
+
+        intensity = sum(w * pixels(c) for c, w in weights)
+        z = pixels(depth)
+        object_id = np.zeros(z.shape, np.int32) if identity is None else pixels(identity)
         try:
-            frame = RGBDFrame(
-                np.asarray(intensity, dtype=np.float32),
-                _channel(source, spec, depth, path),
-                np.zeros((spec.full_height, spec.full_width), np.int32)
-                if identity is None
-                else _channel(source, spec, identity, path),
-            )
+            frame = RGBDFrame(np.asarray(intensity, dtype=np.float32), z, object_id)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
         return frame, identity is not None
@@ -124,15 +125,25 @@ def _intensity_weights(names: Sequence[str], exclude: set[int | None]) -> list[t
     return found if len(found) == 3 else []
 
 
-def _channel(source: Any, spec: Any, index: int, path: Path) -> NDArray[Any]:
+def _channels(source: Any) -> list[tuple[str, int, int]]:
+    """(name, part, index) of all channels; names of a part after the first start with its own."""
+    channels = []
+    part = 0
+    while source.seek_subimage(part, 0):
+        spec = source.spec()
+        layer = "" if part == 0 else (spec.getattribute("name") or f"part{part}") + "."
+        channels += [(layer + name, part, k) for k, name in enumerate(spec.channelnames)]
+        part += 1
+    return channels
+
+
+def _read_channel(source: Any, part: int, index: int, path: Path) -> NDArray[Any]:
     """(H, W) of the display window, in the file's own numbers: a normalised read would scale
     whole numbers."""
-    kind = str(spec.channelformat(index))
-    data = source.read_image(0, 0, index, index + 1, kind)
+    spec = source.spec(part)
+    data = source.read_image(part, 0, index, index + 1, str(spec.channelformat(index)))
     if data is None:
-        raise OSError(
-            f"{path} is damaged or cut short: {_line(source.geterror())}; write it again"
-        )
+        raise OSError(f"{path} is damaged or cut short: {_line(source.geterror())}; write it again")
     data = np.asarray(data).reshape(spec.height, spec.width)
     window = (spec.x - spec.full_x, spec.y - spec.full_y, spec.width, spec.height)
     if window == (0, 0, spec.full_width, spec.full_height):

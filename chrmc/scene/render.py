@@ -29,8 +29,8 @@ def render(
         world = pose.apply(solid.triangles.reshape(-1, 3)).reshape(-1, 3, 3)
         low, high = world.min(axis=(0, 1)), world.max(axis=(0, 1))
         # Only the pixels of its bounding box can meet it.
-        columns = slice(*np.searchsorted(x, [low[0], high[0]]))
-        rows = slice(*np.searchsorted(y, [low[1], high[1]]))
+        columns = slice(np.searchsorted(x, low[0]), np.searchsorted(x, high[0], side="right"))
+        rows = slice(np.searchsorted(y, low[1]), np.searchsorted(y, high[1], side="right"))
         across, down = np.meshgrid(x[columns], y[rows])
         z, triangle = first_hits(across.ravel(), down.ravel(), world)
         nearer = np.flatnonzero(z < depth[rows, columns].ravel())
