@@ -1,0 +1,40 @@
+"""The documents run: their Python as it stands, their commands by name."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from chrmc.cli.bench import SUBCOMMANDS
+from chrmc.cli.main import COMMANDS
+
+ROOT = Path(__file__).parents[1]
+DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def blocks(path: Path, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", path.read_text("utf-8"), flags=re.DOTALL)
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda p: p.name)
+def test_python_in_documents_runs(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for code in blocks(path, "python"):
+        exec(compile(code, str(path), "exec"), {})
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda p: p.name)
+def test_commands_in_documents_exist(path: Path) -> None:
+    text = path.read_text("utf-8")
+    for name in re.findall(r"(?:^|`)chrmc ([a-z][a-z0-9-]*)", text, flags=re.MULTILINE):
+        assert name in COMMANDS, f"{path.name} names `chrmc {name}`"
+    for name in re.findall(r"chrmc bench ([a-z][a-z0-9-]*)", text):
+        assert name in SUBCOMMANDS, f"{path.name} names `chrmc bench {name}`"
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda p: p.name)
+def test_links_lead_somewhere(path: Path) -> None:
+    for target in re.findall(r"\]\(([^)#:]+)\)", path.read_text("utf-8")):
+        assert (path.parent / target).exists(), f"{path.name} links to {target}"
