@@ -23,6 +23,7 @@ VideoMethod = Callable[..., Iterator[VideoFrame]]
 # name: the module of this package whose `frames` it is
 COMPENSATIONS = {
     "none": "chrmc.video.none",
+    "ch-rmc": "chrmc.video.ch_rmc",
 }
 
 

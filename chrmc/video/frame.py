@@ -19,6 +19,8 @@ class VideoFrame:
 
     scene_frame : the objects and visible points it shows
     record : its ledger; stage times are complete once `field` or `signal` was made
+    shown : the points that the field stands for; the scene frame's own unless a method carries
+        points whose identity is unknown, whose phases then differ from a fresh frame's
     """
 
     def __init__(
@@ -27,11 +29,13 @@ class VideoFrame:
         record: FrameRecord,
         make_field: FieldMaker,
         make_signal: SignalMaker | None = None,
+        shown: PointCloud | None = None,
     ) -> None:
         self.scene_frame = scene_frame
         self.record = record
         self._make_field = make_field
         self._make_signal = make_signal
+        self._shown = shown
         record.objects = [
             {
                 "name": o.name,
@@ -50,6 +54,11 @@ class VideoFrame:
     def cloud(self) -> PointCloud:
         """All visible points."""
         return self.scene_frame.cloud
+
+    @property
+    def shown(self) -> PointCloud:
+        """The points that the field stands for: what its error is measured against."""
+        return self.cloud if self._shown is None else self._shown
 
     @cached_property
     def field(self) -> NDArray[np.complex64]:
