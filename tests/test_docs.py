@@ -27,7 +27,8 @@ def test_python_in_documents_runs(
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda p: p.name)
 def test_commands_in_documents_exist(path: Path) -> None:
-    text = path.read_text("utf-8")
+    inline = "\n".join(re.findall(r"`chrmc [^`]*", path.read_text("utf-8")))
+    text = "\n".join(blocks(path, "sh")) + "\n" + inline
     for name in re.findall(r"(?:^|`)chrmc ([a-z][a-z0-9-]*)", text, flags=re.MULTILINE):
         assert name in COMMANDS, f"{path.name} names `chrmc {name}`"
     for name in re.findall(r"chrmc bench ([a-z][a-z0-9-]*)", text):
