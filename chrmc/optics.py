@@ -65,7 +65,8 @@ def transfer_function(
         travel = -distance / kz
     signed: list[list[tuple[slice, slice, NDArray[np.bool_]]]] = []
     for axis, (f, n, s) in enumerate(zip((fy, fx), shape, shift, strict=True)):
-        walk = travel * (f[:, None] if axis == 0 else f[None, :])
+        with np.errstate(invalid="ignore"):
+            walk = travel * (f[:, None] if axis == 0 else f[None, :])
         # d(cycles)/df must stay below half the period that a step of f can hold.
         limit = 0.5 * n * pixel_pitch
         positive = (slice(0, (n + 1) // 2), slice(0, (n + 1) // 2))
@@ -95,6 +96,11 @@ def spread(wavelength: float, f_max: float, distance: float) -> float:
     return abs(distance) * s / sqrt(1 - s * s)
 
 
+def soft_edge(wavelength: float, distance: float, pixel_pitch: float) -> int:
+    """Samples over which geometric shadows blur: two Fresnel zones √(λ·distance), and some."""
+    return ceil(2 * sqrt(wavelength * abs(distance)) / pixel_pitch) + 16
+
+
 def padded_shape(
     shape: tuple[int, int],
     pixel_pitch: float,
@@ -111,7 +117,8 @@ def padded_shape(
     limits = (0.5 / pixel_pitch,) * 2 if band is None else band
     padded = []
     for n, s, f in zip(shape, shift, limits, strict=True):
-        reach = ceil((spread(wavelength, f, distance) + abs(s)) / pixel_pitch) + 1
+        walk = (spread(wavelength, f, distance) + abs(s)) / pixel_pitch
+        reach = ceil(walk) + soft_edge(wavelength, distance, pixel_pitch)
         padded.append(scipy.fft.next_fast_len(n + min(reach, n), real=False))
     return padded[0], padded[1]
 
@@ -144,10 +151,6 @@ def propagate(
     half = scipy.fft.ifft(spectrum, axis=0, workers=workers(), overwrite_x=True)[:rows]
     full = scipy.fft.ifft(half, axis=1, workers=workers(), overwrite_x=True)
     return np.asarray(full[:, :columns], dtype=np.complex64)
-
-
-_SOFT_ZONES = 2.0  # widths √(λ·distance) of a Fresnel zone over which a cut input fades
-_SOFT_SAMPLES = 16
 
 
 @dataclass(frozen=True)
@@ -240,7 +243,7 @@ class Propagator:
         middle = centre / p + (n - 1) / 2  # the patch's centre as an input index
         half = (m - 1) / 2 * q / p
         # A cut in the input diffracts: it is made soft, and clear of what reaches the patch.
-        soft = ceil(_SOFT_ZONES * sqrt(self.wavelength * self.longest) / p) + _SOFT_SAMPLES
+        soft = soft_edge(self.wavelength, self.longest, p)
         low = max(0, int(np.floor(middle - half - walk)) - soft)
         high = min(n, ceil(middle + half + walk) + 1 + soft)
         if high <= low:  # nothing reaches the patch: one sample keeps the arrays alive
@@ -258,7 +261,8 @@ class Propagator:
         extent = ceil(2 * half) + 1
         offset = middle - (low + (count - 1) / 2)
         reach = (count + extent) / 2
-        needed = ceil(reach + min(reach, walk + abs(offset)))
+        # The band limit cuts at half the grid: a few zones clear of what is needed.
+        needed = ceil(reach + min(reach, walk + abs(offset))) + soft
         grid = scipy.fft.next_fast_len(max(needed, count, extent), real=False)
         if q == p:
             first = round((count - m) / 2)

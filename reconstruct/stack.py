@@ -6,14 +6,14 @@ a tenth of a second after the first 50 ms, at full resolution.
 """
 
 from dataclasses import dataclass
-from math import ceil, sqrt
+from math import ceil
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chrmc.coding import Passband
 from chrmc.footprint import expected_power, reach
-from chrmc.optics import Patch, Propagator, spread
+from chrmc.optics import Patch, Propagator, soft_edge, spread
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from reconstruct.four_f import intensity
@@ -106,7 +106,7 @@ def focal_stack(
     way = max(float(z[-1] - middle), 1e-9)
     # What reaches the region from its surroundings, and a Fresnel zone or two more.
     margins = [
-        ceil((spread(wavelength, f, way) + 2 * sqrt(wavelength * way)) / p) + 16 for f in limits
+        ceil(spread(wavelength, f, way) / p) + soft_edge(wavelength, way, p) for f in limits
     ]
     rows, columns = (
         ceil(n * region.pitch / p) + 2 * m for n, m in zip(region.shape, margins, strict=True)
