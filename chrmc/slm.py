@@ -54,12 +54,12 @@ class SLM:
 
     def x(self, columns: ArrayLike | None = None) -> NDArray[np.float64]:
         """Centres of the given columns (default all), metres, float64."""
-        index = np.arange(self.width) if columns is None else np.asarray(columns)
+        index = np.asarray(np.arange(self.width) if columns is None else columns, dtype=np.float64)
         return (index - (self.width - 1) / 2) * self.pixel_pitch
 
     def y(self, rows: ArrayLike | None = None) -> NDArray[np.float64]:
         """Centres of the given rows (default all), metres, float64."""
-        index = np.arange(self.height) if rows is None else np.asarray(rows)
+        index = np.asarray(np.arange(self.height) if rows is None else rows, dtype=np.float64)
         return (index - (self.height - 1) / 2) * self.pixel_pitch
 
 
