@@ -17,7 +17,7 @@ image included.
 """
 
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import ceil, isfinite
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,14 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from chrmc.coding import Coding, coding_for
-from chrmc.optics import Propagator, cycles_to_phasor, propagate, workers
+from chrmc.optics import (
+    Propagator,
+    cycles_to_phasor,
+    soft_edge,
+    spread,
+    transfer_function,
+    workers,
+)
 from chrmc.response import GreyResponse
 from chrmc.slm import SLM
 from reconstruct.bench import Bench
@@ -192,11 +199,24 @@ class FourF:
         """The wave as a round pupil leaves it that stands `distance` behind (or, if negative,
         before) this plane; the thin lens in the pupil changes phases only, its focusing is the
         Fourier transform itself."""
-        p = self.slm.pixel_pitch
-        there = propagate(wave, p, self.wavelength, distance)
-        y, x = self.slm.y()[:, None], self.slm.x()[None, :]
-        there = there * (y**2 + x**2 <= (diameter / 2) ** 2)
-        return propagate(there, p, self.wavelength, -distance)
+        p, shape = self.slm.pixel_pitch, self.slm.shape
+        walk = ceil(spread(self.wavelength, self.slm.nyquist, distance) / p)
+        edge = soft_edge(self.wavelength, distance, p)
+        rows, columns = (scipy.fft.next_fast_len(n + 2 * walk + edge, real=False) for n in shape)
+        grid = (rows, columns)
+        there = transfer_function(grid, p, self.wavelength, distance)
+        spectrum = scipy.fft.fft2(wave, s=grid, workers=workers()) * there
+        in_pupil = scipy.fft.ifft2(spectrum, workers=workers(), overwrite_x=True)
+        # Samples past the middle of the padding stand before the first one.
+        y, x = (
+            (np.where(np.arange(g) < (n + g) // 2, 0, -g) + np.arange(g) - (n - 1) / 2) * p
+            for g, n in zip(grid, shape, strict=True)
+        )
+        in_pupil *= y[:, None] ** 2 + x[None, :] ** 2 <= (diameter / 2) ** 2
+        spectrum = scipy.fft.fft2(in_pupil, workers=workers(), overwrite_x=True)
+        spectrum *= np.conj(there)
+        back = scipy.fft.ifft2(spectrum, workers=workers(), overwrite_x=True)
+        return np.asarray(back[: shape[0], : shape[1]], dtype=np.complex64)
 
     def _image_wave(self, spectrum: NDArray[np.complex64]) -> NDArray[np.complex64]:
         """Filtered wave in the image plane, carrier still on it, panel's energy units."""
