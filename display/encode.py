@@ -4,9 +4,18 @@ Single sideband: the field keeps |f_y| < 1/4p, a carrier exp(+2πi·y/4p) lifts 
 and the real part is taken; what that mirrors to f_y < 0 is blocked in the 4-f system's Fourier
 plane, together with the bias. So the signal is s = Re(U·carrier), and the amplitude wanted of the
 panel is 0.5 + 0.5·clip(s/scale, −1, 1).
+
+Other encodings of the same carrier, decoded by the same filter and the same scale:
+
+bipolar : Re(U·R*) of a plane reference R = carrier* (Lucente 1993): as above, but without the
+    filter, so that what the field has beyond its half band folds over into the image.
+burch : 0.5 + 0.5·|U|/peak·cos(arg U + carrier) (Burch 1967): the same signal with the scale at
+    the field's largest modulus, so that nothing is clipped and less light is diffracted.
+offaxis : |U + R|² of an off-axis reference of modulus `scale`, as interference on a camera gives
+    it: 0.25 + 0.5·s/scale + |U|²/4·scale²; the last term is noise around the zero order.
 """
 
-from math import sqrt
+from math import log, sqrt
 
 import numpy as np
 import scipy.fft
@@ -37,17 +46,25 @@ def encode(
     """Grey levels that show a field.
 
     field : (H, W) complex, on the SLM's pixels
-    method : "ssb" (single sideband, what the 4-f system decodes) or "real" (plain real part)
+    method : "ssb" (single sideband, what the 4-f system decodes), "real" (plain real part),
+        "bipolar", "burch" or "offaxis"
     scale : signal at which the grey range ends; one for a whole video (`video_scale`), default
-        three standard deviations of this field's own signal. A dark field is mid grey
+        three standard deviations of this field's own signal, for "burch" its largest modulus.
+        A dark field is mid grey
     response : what grey levels do on the panel, default amplitude = grey/255
     band_limited : the field keeps to |f_y| < 1/4p already, so the filter can be left out
 
     Returns uint8 (H, W). Raises ValueError for NaN, another shape, or a scale that is not positive.
     """
     signal = signal_of(field, slm, method, band_limited)
-    if scale is None:
+    if scale is None and method == "burch":
+        scale = float(np.abs(field).max())
+    elif scale is None:
         scale = SIGMAS * sqrt(float(np.mean(np.square(signal), dtype=np.float64)))
+    if method == "offaxis" and scale > 0:
+        # What |U + R|² has besides the bias and the signal; −0.25 moves the bias to 0.25.
+        modulus2 = np.square(field.real) + np.square(field.imag)
+        signal += (modulus2 / (2 * scale) - 0.5 * scale).astype(np.float32)
     return encode_signal(signal, scale, response, in_place=True)
 
 
@@ -71,7 +88,7 @@ def signal_of(
     if coding.carrier == 0:
         return np.array(field.real, dtype=np.float32)
     field = np.asarray(field, dtype=np.complex64)
-    if not band_limited:
+    if method == "ssb" and not band_limited:
         field = limit_band(field, slm, coding)
     cycles = coding.carrier * slm.y()
     turn = 2 * np.pi * (cycles - np.rint(cycles))[:, None]
@@ -153,14 +170,20 @@ def encode_signal(
 
 
 def video_scale(
-    scene: Scene, slm: SLM, wavelength: float, coding: Coding, sigmas: float = SIGMAS
+    scene: Scene, slm: SLM, wavelength: float, coding: Coding, sigmas: float | None = None
 ) -> float:
     """One scale for a whole video, from its points alone; 0 for a scene without light.
 
     Points of random phase add in power, so the brightest frame's signal is expected to have the
     variance Σ(expected power)/2. All frames of the scene count, whichever are to be made: clips,
     resumed and live runs agree.
+
+    sigmas : signal at which the grey range ends, in standard deviations; default 3, for "burch"
+        the modulus √(ln N)·rms that fully developed speckle reaches once in the SLM's N pixels
     """
+    if sigmas is None:
+        peak = sqrt(2 * log(slm.width * slm.height))
+        sigmas = peak if coding.name == "burch" else SIGMAS
     brightest = 0.0
     for number in range(1, scene.frame_count + 1):
         power = expected_power(scene.frame(number).cloud, slm, wavelength, coding.passband)

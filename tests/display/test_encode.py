@@ -184,3 +184,39 @@ def test_video_scale_of_nothing_is_zero_and_works():
     scale = display.video_scale(Clouds(PointCloud.empty()), SMALL, 532e-9, coding)
     assert scale == 0
     assert np.all(display.encode(np.zeros(SMALL.shape), SMALL, scale=scale) == 128)
+
+
+@pytest.mark.parametrize(("method", "limit"), [("bipolar", 0.02), ("burch", 0.02), ("ssb", 0.02)])
+def test_encodings_of_one_carrier_decode_alike(method, limit):
+    field = half_band(SMALL)
+    scale = 1.01 * float(np.abs(field).max())
+    back = decode(display.encode(field, SMALL, method, scale), SMALL, scale)
+    assert np.linalg.norm(back - field) / np.linalg.norm(field) < limit
+
+
+def test_burch_clips_nothing_and_the_others_three_sigma():
+    field = noise((300, 300), 4)
+    slm = SLM("square", 300, 300, 8e-6)
+    inside = display.encode(field, slm, "burch")
+    assert inside.min() > 0 and inside.max() < 255
+    assert display.encode(field, slm, "bipolar").max() == 255
+
+
+def test_off_axis_is_the_intensity_of_two_waves():
+    field = half_band(SMALL)
+    scale = 3 * float(np.sqrt(np.mean(np.abs(field) ** 2) / 2))
+    reference = scale * np.exp(-2j * np.pi * SMALL.y() / (4 * SMALL.pixel_pitch))[:, None]
+    intensity = np.abs(field + reference) ** 2 / (4 * scale**2)
+    frame = display.encode(field, SMALL, "offaxis", scale)
+    assert np.abs(frame - 255 * np.clip(intensity, 0, 1)).max() <= 0.51
+    assert np.all(display.encode(0 * field, SMALL, "offaxis", scale) == 64)  # the reference alone
+
+
+def test_a_video_of_burch_frames_is_not_clipped():
+    slm = SLM("square", 256, 256, 8.1e-6)
+    coding = coding_for("burch", slm)
+    cloud = random_cloud(200, 0.3)
+    scale = display.video_scale(Clouds(cloud), slm, 532e-9, coding)
+    field = reference_field(cloud, slm, 532e-9, passband=coding.passband).astype(np.complex64)
+    frame = display.encode(field, slm, "burch", scale)
+    assert np.mean((frame == 0) | (frame == 255)) < 1e-4
