@@ -12,17 +12,29 @@ from chrmc.files import replacing
 SUFFIXES = (".png", ".exr")
 
 
+def exposure(image: NDArray[np.floating]) -> float:
+    """Intensity to show as white: 2·ΣI²/ΣI, twice the brightness that the average photon sees.
+
+    Bright enough for a lattice of points and for speckle alike, at most the largest intensity.
+    """
+    values = np.asarray(image, dtype=np.float64)
+    total = float(values.sum())
+    if not total > 0:
+        return 0.0
+    return min(2 * float(np.sum(values * values)) / total, float(values.max()))
+
+
 def to_grey(
     image: NDArray[np.floating], full_scale: float | None = None, gamma: float = 2.2
 ) -> NDArray[np.uint8]:
     """Intensity as display grey levels: 255·(I/full_scale)^(1/gamma), clipped.
 
-    full_scale : intensity shown as 255, default the image's largest; give one for a sequence
+    full_scale : intensity shown as 255, default `exposure`; give one for a sequence
     gamma : of the display; 1 makes grey proportional to intensity
     """
     if not (np.isfinite(gamma) and gamma > 0):
         raise ValueError(f"gamma must be positive, not {gamma}")
-    top = float(np.max(image)) if full_scale is None else float(full_scale)
+    top = exposure(image) if full_scale is None else float(full_scale)
     if not np.isfinite(top) or top < 0:
         raise ValueError(f"full_scale must be a finite intensity of 0 or more, not {top}")
     if top == 0:
@@ -56,7 +68,7 @@ def write_image(
         raise ValueError(f"{path}: an image must be (h, w) and not empty, not {image.shape}")
     note = dict(metadata or {})
     if path.suffix.lower() == ".png":
-        top = float(np.max(image)) if full_scale is None else float(full_scale)
+        top = exposure(image) if full_scale is None else float(full_scale)
         note |= {"full_scale": top, "gamma": gamma}
         _write(path, to_grey(image, top, gamma)[:, :, None], "uint8", note)
     else:

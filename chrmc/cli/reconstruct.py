@@ -23,7 +23,7 @@ import click
     help="Of the display a PNG is for; 1 makes grey proportional to intensity.",
 )
 @click.option(
-    "--full-scale", type=float, default=None, help="Intensity shown as white. [the brightest]"
+    "--full-scale", type=float, default=None, help="Intensity shown as white. [2·ΣI²/ΣI]"
 )
 def command(
     video: Path,

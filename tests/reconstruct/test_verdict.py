@@ -1,0 +1,103 @@
+import json
+
+import numpy as np
+import pytest
+
+from chrmc import SLM, PointCloud, compute_field
+from chrmc.coding import coding_for
+from display import encode
+from reconstruct import FourF, report
+from reconstruct.verdict import FrameVerdict, Target, judge_frame
+
+P, LAMBDA = 8.1e-6, 532e-9
+SLM_ = SLM("small", 320, 288, P)
+PITCH = 40e-6
+
+
+def block(name, centre, seed, count=90):
+    rng = np.random.default_rng(seed)
+    places = rng.uniform(-1, 1, (count, 3)) * [0.3e-3, 0.2e-3, 0.3e-3] + centre
+    cloud = PointCloud(places, rng.uniform(0.5, 1, count), rng.uniform(0, 6.3, count))
+    return cloud, Target.of_points(name, places, cloud.intensity)
+
+
+NEAR, NEAR_TARGET = block("near", (-0.5e-3, 0.3e-3, 0.060), 1)
+FAR, FAR_TARGET = block("far", (0.5e-3, -0.3e-3, 0.070), 2)
+
+
+def field_of(*clouds):
+    band = coding_for("ssb", SLM_).passband
+    return compute_field(PointCloud.concatenate(clouds), SLM_, LAMBDA, passband=band)
+
+
+BOTH = field_of(NEAR, FAR)
+SYSTEM = FourF(SLM_, LAMBDA)
+
+
+def moved(target, by):
+    by = np.asarray(by)
+    return Target(target.name, target.position + by, target.low + by, target.high + by)
+
+
+def test_objects_where_the_scene_says_pass():
+    verdict = judge_frame(encode(BOTH, SLM_), SYSTEM, [NEAR_TARGET, FAR_TARGET], PITCH, 5, BOTH)
+    assert verdict.passed and verdict.number == 5
+    for found in verdict.objects:
+        assert abs(found.depth_error) < 2e-4
+        assert found.contrast > 0.5 and found.psnr > 30 and found.ssim > 0.95
+        assert found.focus.front < found.focus.depth < found.focus.rear
+
+
+@pytest.mark.parametrize("by", [(0, 0, 1.2e-3), (0, 0, -1.2e-3), (0, 0, 0.01), (0.1e-3, 0, 0)])
+def test_objects_elsewhere_fail(by):
+    verdict = judge_frame(encode(BOTH, SLM_), SYSTEM, [moved(NEAR_TARGET, by)], PITCH)
+    assert not verdict.passed
+
+
+def test_a_missing_object_noise_and_darkness_fail():
+    for frame in (
+        encode(field_of(FAR), SLM_),
+        np.random.default_rng(3).integers(0, 256, SLM_.shape, dtype=np.uint8),
+        np.zeros(SLM_.shape, dtype=np.uint8),
+        np.full(SLM_.shape, 255, dtype=np.uint8),
+    ):
+        verdict = judge_frame(frame, SYSTEM, [NEAR_TARGET], PITCH)
+        assert not verdict.passed
+        assert "FAILS" in "\n".join(report.table([verdict]))
+        json.dumps(report.as_dict([verdict]), allow_nan=False)
+
+
+def test_mirrored_and_negative_holograms_fail():
+    frame = encode(BOTH, SLM_)
+    assert not judge_frame(frame[:, ::-1].copy(), SYSTEM, [NEAR_TARGET], PITCH).passed
+    assert not judge_frame(frame[::-1].copy(), SYSTEM, [NEAR_TARGET], PITCH).passed
+    # A negative is a hologram of the same wave, half a turn later.
+    assert judge_frame(255 - frame, SYSTEM, [NEAR_TARGET], PITCH).passed
+
+
+def test_an_empty_frame_passes():
+    assert judge_frame(np.full(SLM_.shape, 128, dtype=np.uint8), SYSTEM, [], PITCH).passed
+    assert "empty" in "\n".join(report.table([FrameVerdict(1)]))
+
+
+def test_targets_from_a_manifest():
+    assert Target.of_record({"name": "a", "position": None, "depth": None}) is None
+    record = {"name": "a", "position": [0, 0, 0.1], "box": [[-1, -2, 0.05], [1, 2, 0.2]]}
+    target = Target.of_record(record)
+    assert target.low.tolist() == [-1, -2, 0.05] and target.high[2] == 0.2
+    bare = Target.of_record({"name": "a", "position": [0, 0, 0.1]})
+    assert bare.low[2] < 0.1 < bare.high[2]
+
+
+def test_report_and_plot(tmp_path):
+    frame = encode(BOTH, SLM_)
+    good = judge_frame(frame, SYSTEM, [NEAR_TARGET, FAR_TARGET], PITCH)
+    off = judge_frame(frame, SYSTEM, [moved(NEAR_TARGET, (0, 0, 0.9e-3))], PITCH, 2)
+    lines = list(report.table([good, off]))
+    assert lines[-1].startswith("1 of 3 objects")
+    assert "mm off" in lines[-2]
+    content = report.as_dict([good, off])
+    assert not content["passed"] and content["frames"][0]["passed"]
+    assert len(content["frames"][0]["objects"][0]["curve"]["depths"]) > 10
+    report.plot_curves([good, off], tmp_path / "focus.png")
+    assert (tmp_path / "focus.png").stat().st_size > 10_000
