@@ -1,0 +1,123 @@
+"""`chrmc live`: generate and play at once, without files."""
+
+import hashlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+
+from chrmc.cli.arguments import (
+    Setting,
+    form_option,
+    frames_option,
+    slm_option,
+    wavelength_option,
+)
+from chrmc.cli.play import show, surface_options
+from chrmc.coding import CODINGS
+from chrmc.slm import SLM
+
+
+@click.command("live")
+@click.argument("scene")
+@click.option("--cgh", default=None, help="CGH method. [curved]")
+@click.option("--compensation", default=None, help="Video method. [ch-rmc]")
+@click.option("--surface", default=None, help="Of ch-rmc: object (exact) or paper. [object]")
+@click.option("--tolerance", type=float, default=None, help="Largest relative field error. [1e-3]")
+@frames_option
+@click.option("--encoding", type=click.Choice(CODINGS), default="ssb", show_default=True)
+@form_option
+@slm_option
+@wavelength_option
+@click.option("--gamma", type=float, default=None, help="Grey response: intensity = grey^GAMMA.")
+@click.option(
+    "--response",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="Grey response: CSV table of grey against intensity.",
+)
+@click.option(
+    "--set", "settings", type=Setting(), multiple=True, help="An option of the methods: NAME=VALUE."
+)
+@click.option("--loop", is_flag=True, help="Begin again after the last frame.")
+@click.option("--ahead", type=int, default=3, show_default=True, help="Frames made ahead.")
+@surface_options
+def command(
+    scene: str,
+    frames: tuple[int, int] | None,
+    slm: SLM,
+    wavelength: float | None,
+    form: str,
+    loop: bool,
+    ahead: int,
+    **rest: Any,
+) -> int:
+    """Generate SCENE and show it at once: on a monitor, in a window, or headless.
+
+    A thread makes the frames, the player shows each as soon as it is there and its flip has come.
+    At the end it says which rate was reached and what limited it.
+    """
+    from chrmc.cli.generation import grey_levels
+    from chrmc.cli.recipes import recipe_for
+    from chrmc.scene.load import load_scene
+    from chrmc.scene.scene import frame_range
+    from chrmc.video import video
+    from display.encode import video_scale
+    from display.live import LiveReel
+    from display.playlist import Picture
+
+    if ahead < 1:
+        raise ValueError(f"--ahead must be at least 1 frame, not {ahead}")
+    names = ("cgh", "compensation", "surface", "tolerance", "encoding", "gamma", "response")
+    chosen = {name: rest.pop(name) for name in (*names, "settings")}
+    recipe = recipe_for(load_scene(scene, form=form), slm, wavelength, check_pixels=0, **chosen)
+    numbers = frame_range(recipe.scene, frames)
+    scale = video_scale(recipe.scene, slm, recipe.wavelength, recipe.coding)
+    stages: dict[str, float] = {}
+
+    def make() -> Iterator[Picture]:
+        made = video(
+            recipe.scene, slm, recipe.wavelength, cgh=recipe.cgh,
+            compensation=recipe.compensation, frames=(numbers[0], numbers[-1]),
+            coding=recipe.coding, **recipe.options,
+        )  # fmt: skip
+        for frame in made:
+            levels = grey_levels(frame, recipe, scale)
+            for name, seconds in frame.record.stage_seconds.items():
+                stages[name] = stages.get(name, 0.0) + seconds
+            digest = hashlib.sha256(levels.tobytes()).hexdigest()
+            yield Picture(frame.number, f"live {frame.number}", digest, levels)
+
+    with LiveReel(make, loop, ahead) as reel:
+        status = show(
+            reel, list(numbers), slm, f"{recipe.scene.name}, live",
+            loop=loop, hold=False, on_bad_frame="stop", **rest,
+        )  # fmt: skip
+        report = reel.report()
+    for line in verdict(report, stages):
+        click.echo(line)
+    return status
+
+
+def verdict(report: Any, stages: dict[str, float]) -> Iterator[str]:
+    """The rate reached and what limits it, in words."""
+    if not report.frames:
+        return
+    total = report.busy + report.blocked
+    yield (
+        f"generator: {report.frames} frames, {1e3 * report.busy / report.frames:.1f} ms each, so "
+        f"up to {report.rate:.1f} frames per second"
+    )
+    if report.blocked > 0.2 * total:
+        yield f"limit: the display; the generator waited for it {report.blocked / total:.0%}"
+        return
+    if stages:
+        spent = ", ".join(
+            f"{name} {1e3 * seconds / report.frames:.1f} ms"
+            for name, seconds in sorted(stages.items(), key=lambda item: -item[1])
+        )
+        rest = max(0.0, report.busy - sum(stages.values())) / report.frames
+        yield f"limit: the generator ({spent}, scene and hash {1e3 * rest:.1f} ms)"
+    else:
+        yield "limit: the generator"
