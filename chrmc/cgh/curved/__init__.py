@@ -5,6 +5,8 @@ m varies slowly, so that a few hundred Chebyshev nodes in x and about a hundred 
 the hologram is A_y·M·A_x: two matrix products, no per-pixel transcendental.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,8 @@ from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.assembly import Factor, add_field, add_signal, phasor, reference_cycles
 from chrmc.cgh.curved.baseband import make_factor
 from chrmc.cgh.curved.clusters import Plane
+from chrmc.cgh.curved.direct import BEARABLE, SMALL, direct_field
+from chrmc.cgh.curved.predict import ROUNDING, Budget, budget_of
 from chrmc.coding import Coding, Passband
 from chrmc.footprint import reach
 from chrmc.scene.points import PointCloud
@@ -44,7 +48,21 @@ def plane_of(slm: SLM, wavelength: float, window: Window, passband: Passband) ->
     )
 
 
-def factors(
+@dataclass(frozen=True, eq=False)
+class LowRank:
+    """A cloud's hologram on a window in low-rank form.
+
+    factors : one for each cluster
+    clouds : their points
+    error_predicted : expected relative L2 error of the field
+    """
+
+    factors: list[Factor]
+    clouds: list[PointCloud]
+    error_predicted: float
+
+
+def low_rank(
     cloud: PointCloud,
     slm: SLM,
     wavelength: float,
@@ -52,14 +70,33 @@ def factors(
     passband: Passband,
     *,
     tolerance: float = 1e-3,
-) -> list[Factor]:
-    """The cloud's hologram on a window, in low-rank form, cluster by cluster."""
+) -> LowRank:
+    """The cloud's hologram on a window, cluster by cluster.
+
+    Raises ValueError when the tolerance cannot be met.
+    """
     check_tolerance(tolerance)
     targets = slm.x(window.columns), slm.y(window.rows)
     plane = plane_of(slm, wavelength, window, passband)
     parts = clusters.split(cloud, plane)
-    made = [make_factor(part, targets, slm.pixel_pitch, plane, tolerance) for part in parts]
-    return [factor for factor, _ in made]
+    aim = tolerance
+    for _ in range(4):
+        made, budget = [], Budget(0.0, 0.0)
+        for part in parts:
+            factor, series = make_factor(part, targets, slm.pixel_pitch, plane, aim)
+            made.append(factor)
+            budget += budget_of(factor, part, targets, wavelength, plane.reach, series)
+        # Few nodes see one draw of the points' phases, which may lie far from the mean.
+        few = min(min(factor.real.shape) for factor in made) < 12
+        limit = min(0.8, 0.3 + ROUNDING / tolerance) if few else 0.8
+        if budget.relative <= limit * tolerance:
+            return LowRank(made, parts, budget.relative)
+        aim *= max(0.7 * limit * tolerance / budget.relative, 1e-3)
+    raise ValueError(
+        f"the curved method cannot promise a tolerance of {tolerance:g} here: it expects an error "
+        f"of {budget.relative:.3g}, as where waves all but cancel; allow "
+        f"{min(1.5 * budget.relative, TOLERANCES[1]):.1g}, or use rt"
+    )
 
 
 def field_of(
@@ -114,8 +151,11 @@ def field(
 
     Returns complex64 (H, W), Σ w·a/r·exp(i(kr + φ)).
     """
-    parts = factors(cloud, slm, wavelength, window, passband, tolerance=tolerance)
-    return field_of(parts, slm, wavelength, window)
+    check_tolerance(tolerance)
+    made = _low_rank_or_none(cloud, slm, wavelength, window, passband, tolerance)
+    if made is None:
+        return _direct(cloud, slm, wavelength, window, passband).astype(np.complex64)
+    return field_of(made.factors, slm, wavelength, window)
 
 
 def signal(
@@ -128,5 +168,37 @@ def signal(
     tolerance: float = 1e-3,
 ) -> NDArray[np.float32]:
     """Re(field·exp(+2πi·carrier·y)) on the window, (H, W) float32, for half the work of `field`."""
-    parts = factors(cloud, slm, wavelength, window, coding.passband, tolerance=tolerance)
-    return signal_of(parts, slm, wavelength, window, coding.carrier)
+    check_tolerance(tolerance)
+    made = _low_rank_or_none(cloud, slm, wavelength, window, coding.passband, tolerance)
+    if made is None:
+        exact = _direct(cloud, slm, wavelength, window, coding.passband)
+        turn = 2 * np.pi * coding.carrier * slm.y(window.rows)[:, None]
+        return (exact.real * np.cos(turn) - exact.imag * np.sin(turn)).astype(np.float32)
+    return signal_of(made.factors, slm, wavelength, window, coding.carrier)
+
+
+def _low_rank_or_none(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    passband: Passband,
+    tolerance: float,
+) -> LowRank | None:
+    """The low-rank form, or None where the exact sum is small or the only one good enough."""
+    work = len(cloud) * window.size
+    if work <= SMALL:
+        return None
+    try:
+        return low_rank(cloud, slm, wavelength, window, passband, tolerance=tolerance)
+    except ValueError:
+        if work > BEARABLE:
+            raise
+        return None
+
+
+def _direct(
+    cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
+) -> NDArray[np.complex128]:
+    plane = plane_of(slm, wavelength, window, passband)
+    return direct_field(cloud, slm.x(window.columns), slm.y(window.rows), wavelength, plane.reach)

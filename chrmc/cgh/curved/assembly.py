@@ -15,6 +15,7 @@ from chrmc.cgh.curved.tables import Reference
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
+_MINUS = np.float32(-1)  # np.negative skips rows of strided outputs in NumPy 2.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,7 @@ def expand_columns(factor: Factor, x: tuple[Floats, Floats]) -> Singles:
         )
         left[first, 0] = factor.real[nodes]
         left[second, 0] = factor.imag[nodes]
-        np.negative(factor.imag[nodes], out=left[first, 1])
+        np.multiply(factor.imag[nodes], _MINUS, out=left[first, 1])
         left[second, 1] = factor.real[nodes]
     covered = factor.axis_x.targets
     out = np.empty((2 * ny, covered.stop - covered.start), dtype=np.float32)
@@ -126,7 +127,7 @@ def add_field(
         rows = np.empty((2, n, wide.shape[1]), dtype=np.complex64)
         real, imag = np.split(wide[2 * panel.nodes.start : 2 * panel.nodes.stop], 2)
         rows[0].real, rows[0].imag = real, imag
-        np.negative(imag, out=rows[1].real)
+        np.multiply(imag, _MINUS, out=rows[1].real)
         rows[1].imag = real
         cos, sin = y[0][panel.targets, None], y[1][panel.targets, None]
         place = out[panel.targets, columns]

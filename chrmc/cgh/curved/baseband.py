@@ -7,7 +7,13 @@ from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.assembly import Factor, add_field, phasor, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, make_axis
-from chrmc.cgh.curved.tables import Reference, exact_baseband, make_series, separable_baseband
+from chrmc.cgh.curved.tables import (
+    Reference,
+    Series,
+    exact_baseband,
+    make_series,
+    separable_baseband,
+)
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
@@ -15,7 +21,9 @@ Floats = NDArray[np.float64]
 PANEL_X, PANEL_Y = 40.0, 18.0
 """κ of a panel: short ones make the second product small, long ones the baseband."""
 _LEAF_PANEL = 80.0
-_NODE_SHARE, _SERIES_SHARE = 0.5, 0.3  # of the tolerance, for interpolation and for the series
+_NODE_SHARE, _SERIES_SHARE = 0.35, 0.5  # of the tolerance, for interpolation and the series
+
+_SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
 
 
 def cluster_axes(
@@ -48,8 +56,11 @@ def make_factor(
     plane: Plane,
     tolerance: float,
     leaf: bool = False,
-) -> tuple[Factor, float]:
-    """The low-rank factor of one cluster, and the relative rms its series leaves out."""
+) -> tuple[Factor, Series | float]:
+    """The low-rank factor of one cluster, with the series in use.
+
+    Where sub-clusters have a series each, their largest relative rms remainder stands for them.
+    """
     box = clusters.bounding_box(cloud.positions)
     reference = clusters.reference_of(box)
     axis_x, axis_y = cluster_axes(cloud, reference, targets, pitch, plane, tolerance)
@@ -73,10 +84,12 @@ def make_factor(
     if series is None or len(series.orders) > 60:
         real, imag = exact_baseband(cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach)
         return Factor(axis_x, axis_y, reference, real, imag), 0.0
+    precision = np.float32 if tolerance >= _SINGLE else np.float64
     real, imag = separable_baseband(
-        cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach, series
+        cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach, series, precision
     )
-    return Factor(axis_x, axis_y, reference, real, imag), series.dropped
+    single = real.astype(np.float32, copy=False), imag.astype(np.float32, copy=False)
+    return Factor(axis_x, axis_y, reference, *single), series
 
 
 def _from_leaves(
@@ -99,5 +112,5 @@ def _from_leaves(
         turn_x = phasor(reference_cycles(x, its.x, its.z, plane.wavelength) - own_x)
         turn_y = phasor(reference_cycles(y, its.y, its.z, plane.wavelength) - own_y)
         add_field(total, factor, turn_x, turn_y, add=True)
-        dropped = max(dropped, left_out)
+        dropped = max(dropped, left_out if isinstance(left_out, float) else left_out.dropped)
     return total.real.copy(), total.imag.copy(), dropped

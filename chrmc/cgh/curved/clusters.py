@@ -49,9 +49,10 @@ def extents(box: Floats, reference: Reference, plane: Plane) -> tuple[Extent, Ex
     for axis, span in enumerate((plane.x, plane.y)):
         far = max(abs(span[1] - box[axis, 0]), abs(span[0] - box[axis, 1]))
         farthest.append(min(far, float(box[2, 1]) * plane.reach[axis]))
+    (x_low, x_high), (y_low, y_high), (z_low, z_high) = box.tolist()
     return (
-        Extent(*box[0], *box[2], reference.x, reference.z, farthest[1]),
-        Extent(*box[1], *box[2], reference.y, reference.z, farthest[0]),
+        Extent(x_low, x_high, z_low, z_high, reference.x, reference.z, farthest[1]),
+        Extent(y_low, y_high, z_low, z_high, reference.y, reference.z, farthest[0]),
     )
 
 

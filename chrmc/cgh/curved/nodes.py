@@ -8,6 +8,7 @@ depends on the nodes of its own panel alone, which makes the two GEMMs several t
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from math import ceil, log10, pi
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from chrmc.footprint import SOFT_SHARE
 
 Floats = NDArray[np.float64]
+_TAPER = 1.2  # measured: twice as much lowers no error, half as much doubles it
 
 
 @lru_cache(maxsize=256)
@@ -53,7 +55,7 @@ def pixel_interpolation(count: int, pixels: int) -> Floats:
 def node_count(kappa: float, tolerance: float) -> int:
     """Nodes for exp(iκu), |κ| ≤ kappa, on [−1, 1] at an rms error of `tolerance`."""
     digits = max(1.0, -log10(tolerance))
-    return max(1, ceil(kappa + (0.93 * digits - 0.35) * max(kappa, 1.0) ** (1 / 3)))
+    return max(1, ceil(kappa + (0.93 * digits - 0.35) * max(kappa, 3.0) ** (1 / 3)))
 
 
 def taper_frequency(half_width: float, tolerance: float) -> float:
@@ -62,7 +64,7 @@ def taper_frequency(half_width: float, tolerance: float) -> float:
     The edge has a jump in its second derivative: its spectrum falls as f⁻³, so the energy left
     out beyond f falls as f⁻⁵ and the frequency needed grows as tolerance^(−2/5).
     """
-    return 2.3 * (1e-3 / tolerance) ** 0.4 / (SOFT_SHARE * half_width)
+    return _TAPER * (1e-3 / tolerance) ** 0.4 / (SOFT_SHARE * half_width)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,8 +185,11 @@ def make_axis(
         frequency = local_frequency(span, extent, wavelength) + (edge if tapered else 0.0)
         length = targets[stop - 1] - targets[start] + (pitch or 0.0)
         pieces = max(1, min(stop - start, round(pi * frequency * length / panel_kappa)))
+        # Where the pixels are no finer than the nodes would be, they are the nodes.
+        if node_count(pi * frequency * length / pieces, tolerance) * pieces >= stop - start:
+            pieces = 1
         cuts = np.linspace(start, stop, pieces + 1).round().astype(int)
-        for c0, c1 in zip(cuts[:-1], cuts[1:], strict=True):
+        for c0, c1 in pairwise(cuts):
             here, matrix = _panel(targets[c0:c1], pitch, frequency, tolerance)
             panels.append(
                 Panel(slice(c0, c1), slice(count, count + len(here)), matrix, bool(tapered))

@@ -1,0 +1,157 @@
+"""The parts of the curved hologram: nodes, tables, series, prediction."""
+
+import numpy as np
+import pytest
+
+from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
+from chrmc.cgh import curved
+from chrmc.cgh.curved import nodes, tables
+from chrmc.cgh.curved.clusters import bounding_box
+from chrmc.coding import coding_for
+from chrmc.footprint import coverage
+from chrmc.reference import reference_samples, relative_error
+from chrmc.window import Window
+
+LC_QUARTER = SLM("quarter", 480, 300, 16e-6)
+
+
+@pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize("kappa", [0.0, 0.3, 2.0, 11.0, 40.0, 150.0, 300.0])
+def test_node_count_gives_the_error_asked_for_and_not_much_less(
+    kappa: float, tolerance: float
+) -> None:
+    count = nodes.node_count(kappa, tolerance)
+    u = np.linspace(-1, 1, 1001)
+    frequencies = np.linspace(-1, 1, 41) * kappa
+
+    def rms(n: int) -> float:
+        values = np.exp(1j * np.outer(nodes.chebyshev(n), frequencies))
+        missed = nodes.interpolation(n, u) @ values - np.exp(1j * np.outer(u, frequencies))
+        return float(np.sqrt(np.mean(np.abs(missed) ** 2)))
+
+    assert rms(count) <= 1.4 * tolerance
+    if kappa > 1:
+        assert rms(count - 4 - int(kappa > 50) * 4) > tolerance
+
+
+def test_interpolation_is_exact_for_polynomials_and_at_the_nodes() -> None:
+    targets = np.concatenate([np.linspace(-1, 1, 33), nodes.chebyshev(9)])
+    matrix = nodes.interpolation(9, targets)
+    for degree in range(9):
+        np.testing.assert_allclose(
+            matrix @ nodes.chebyshev(9) ** degree, targets**degree, atol=1e-14
+        )
+
+
+def test_cycles_keep_their_digits_at_a_hundred_metres() -> None:
+    t, x, z = np.linspace(-9e-3, 9e-3, 7), np.array([1e-3, -2e-3]), np.array([100.0, 99.9])
+    long = [np.asarray(v, dtype=np.longdouble) for v in (t, x[:, None], z[:, None])]
+    own = np.sqrt(long[0] ** 2 + np.longdouble(99.95) ** 2) - np.longdouble(99.95)
+    exact = (np.sqrt((long[0] - long[1]) ** 2 + long[2] ** 2) - long[2] - own) / WAVELENGTH
+    got = tables.axis_cycles(t, x, z, 0.0, 99.95, WAVELENGTH)
+    # √ at 100 m in 80-bit numbers keeps 5e-18 m, 1e-11 cycles.
+    np.testing.assert_allclose(got, exact.astype(float), rtol=0, atol=3e-10)
+
+
+def test_interpolated_cycles_are_the_cycles() -> None:
+    t = np.linspace(-8e-3, 8e-3, 400)
+    random = np.random.default_rng(0)
+    x, z = random.uniform(-5e-3, 5e-3, 20), random.uniform(0.02, 0.3, 20)
+    exact = tables.axis_cycles(t, x, z, 1e-3, 0.1, WAVELENGTH)
+    np.testing.assert_allclose(
+        tables.phase_table(t, x, z, 1e-3, 0.1, WAVELENGTH), exact, rtol=0, atol=1e-8
+    )
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
+def test_series_has_the_terms_that_the_tolerance_needs_and_no_more(tolerance: float) -> None:
+    random = np.random.default_rng(1)
+    box = np.array([[-1e-3, 1e-3], [-5e-4, 5e-4], [0.25, 0.251]])
+    series = tables.make_series((-8e-3, 8e-3), (-5e-3, 5e-3), box, WAVELENGTH, tolerance)
+    assert series is not None
+    points = random.uniform(box[:, 0], box[:, 1], (300, 3))
+    x, y = np.linspace(-8e-3, 8e-3, 31), np.linspace(-5e-3, 5e-3, 23)
+    real, imag = series.on_grid(x, y, np.float64)
+    at = series.at_points(points)
+    exact = tables.residual(
+        x - points[:, 0, None, None],
+        y[:, None] - points[:, 1, None, None],
+        points[:, 2, None, None],
+        WAVELENGTH,
+    )
+
+    def missed(terms: int) -> float:
+        got = np.tensordot(at[:terms], (real + 1j * imag)[:terms], (0, 0))
+        return float(np.linalg.norm(got - exact) / np.linalg.norm(exact))
+
+    count = len(series.orders)
+    assert missed(count) <= 1.3 * tolerance
+    assert missed(count - 1) > 0.5 * tolerance
+
+
+def test_exact_and_separable_basebands_agree() -> None:
+    random = np.random.default_rng(2)
+    cloud = PointCloud(
+        random.uniform((-3e-4, -2e-4, 0.1), (3e-4, 2e-4, 0.1004), (50, 3)),
+        random.uniform(0.5, 1, 50),
+        random.uniform(0, 6, 50),
+    )
+    targets = LC_R_1080.x(), LC_R_1080.y()
+    band = coding_for("ssb", LC_R_1080).passband
+    plane = curved.plane_of(LC_R_1080, WAVELENGTH, Window.full(LC_R_1080), band)
+    factor, series = curved.make_factor(cloud, targets, LC_R_1080.pixel_pitch, plane, 1e-5)
+    assert isinstance(series, tables.Series)
+    real, imag = tables.exact_baseband(
+        cloud, factor.axis_x, factor.axis_y, factor.reference, WAVELENGTH, plane.reach
+    )
+    assert relative_error(factor.real + 1j * factor.imag, real + 1j * imag) < 1e-5
+
+
+def random_scene(seed: int, slm: SLM) -> PointCloud:
+    """An object of 0.2 to 6 mm, 50 mm to 2 m away, on or off the axis, turned about all axes."""
+    random = np.random.default_rng(seed)
+    count = int(random.integers(100, 600))
+    size = 10 ** random.uniform(np.log10(2e-4), np.log10(6e-3)) * random.uniform(0.3, 1, 3)
+    turn, _ = np.linalg.qr(random.standard_normal((3, 3)))
+    z = 10 ** random.uniform(np.log10(0.05), np.log10(2))
+    centre = (*(random.uniform(-5e-3, 5e-3, 2) * min(1, z / 0.25)), z)
+    positions = (random.random((count, 3)) - 0.5) * size @ turn.T + centre
+    cloud = PointCloud(positions, random.uniform(0.2, 1, count), random.uniform(0, 6.3, count))
+    shown = coverage(cloud, slm, WAVELENGTH, coding_for("ssb", slm).passband) > 0.01
+    return cloud.select(shown)
+
+
+def check_prediction(seed: int, slm: SLM, tolerance: float) -> None:
+    cloud = random_scene(seed, slm)
+    band = coding_for(("ssb", "real")[seed % 2], slm).passband
+    window = Window.full(slm)
+    made = curved.low_rank(cloud, slm, WAVELENGTH, window, band, tolerance=tolerance)
+    field = curved.field_of(made.factors, slm, WAVELENGTH, window)
+    random = np.random.default_rng(seed)
+    rows, columns = random.integers(0, slm.height, 1500), random.integers(0, slm.width, 1500)
+    truth = reference_samples(cloud, slm, WAVELENGTH, rows, columns, passband=band)
+    measured = relative_error(field[rows, columns], truth)
+    assert measured <= tolerance
+    if measured < 1e-6:  # only rounding is left, whose size is an upper estimate
+        assert made.error_predicted < 2e-6
+        return
+    assert measured / 3 <= made.error_predicted <= 3 * measured
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
+def test_predicted_error_is_near_the_measured_one(seed: int, tolerance: float) -> None:
+    check_prediction(seed, LC_QUARTER, tolerance)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+def test_predicted_error_is_near_the_measured_one_on_the_panel(seed: int, tolerance: float) -> None:
+    check_prediction(seed, LC_R_1080, tolerance)
+
+
+def test_a_box_of_one_point_needs_one_term() -> None:
+    box = bounding_box(np.array([[1e-3, 2e-3, 0.2]]))
+    series = tables.make_series((-8e-3, 8e-3), (-5e-3, 5e-3), box, WAVELENGTH, 1e-6)
+    assert series is not None and len(series.orders) == 1
