@@ -8,6 +8,7 @@ that returns Σ w·a/r·exp(i(kr + φ)), absolutely scaled. Adding one is writin
 line below; a callable of that form is accepted wherever a method's name is.
 """
 
+import sys
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from chrmc.coding import Passband
 from chrmc.footprint import check_showable
-from chrmc.options import check_options
+from chrmc.options import check_options, option_names
 from chrmc.reference import resolve_passband
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
@@ -44,6 +45,19 @@ def method_named(method: "str | Method") -> Method:
         raise ValueError(f"unknown CGH method {method!r}: choose one of {', '.join(METHODS)}")
     function: Method = import_module(METHODS[method]).field
     return function
+
+
+def with_cache(method: "str | Method", options: dict[str, Any]) -> dict[str, Any]:
+    """The options, with a cache to hold for a whole video where the method takes one.
+
+    A method that takes `cache=` names what makes one `new_cache` in its module.
+    """
+    function = method_named(method)
+    module = sys.modules.get(getattr(function, "__module__", None) or "")
+    new_cache = getattr(module, "new_cache", None)
+    if new_cache is None or "cache" in options or "cache" not in option_names(function)[0]:
+        return options
+    return {**options, "cache": new_cache()}
 
 
 def compute_field(

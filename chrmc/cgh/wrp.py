@@ -73,6 +73,9 @@ class TransferCache:
         return sum(t.nbytes for t in self._kept.values())
 
 
+new_cache = TransferCache
+
+
 def field(
     cloud: PointCloud,
     slm: SLM,

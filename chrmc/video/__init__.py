@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import Any
 
-from chrmc.cgh import Method
+from chrmc.cgh import Method, with_cache
 from chrmc.coding import Coding, coding_for
 from chrmc.scene.scene import Scene, frame_range
 from chrmc.slm import SLM, WAVELENGTH
@@ -23,6 +23,10 @@ VideoMethod = Callable[..., Iterator[VideoFrame]]
 # name: the module of this package whose `frames` it is
 COMPENSATIONS = {
     "none": "chrmc.video.none",
+    "tr-nlut": "chrmc.video.tr_nlut",
+    "mc-nlut": "chrmc.video.mc_nlut",
+    "mpeg-nlut": "chrmc.video.mpeg_nlut",
+    "3dmc-nlut": "chrmc.video.three_d_mc_nlut",
     "ch-rmc": "chrmc.video.ch_rmc",
 }
 
@@ -66,4 +70,5 @@ def video(
     if not isinstance(coding, Coding):
         coding = coding_for("real" if coding is None else coding, slm)
     method = compensation_named(compensation)
+    options = with_cache(cgh, options)
     return method(scene, slm, wavelength, cgh, numbers, coding, **options)
