@@ -55,6 +55,7 @@ def reusable(
     passband: Passband,
     shift: tuple[float, float],
     soft_axes: Sequence[int],
+    margin: float = 0.0,
 ) -> Window:
     """The window on which the carried field stands for the whole object.
 
@@ -62,14 +63,15 @@ def reusable(
     shift : (y, x) metres by which the carried light moves on the panel
     soft_axes : 0 for x, 1 for y: axes on which the footprints don't move along with the light, so
         that only columns (rows) inside the flat part of every footprint, before and after, serve
+    margin : metres by which light from outside the panel reaches in
     """
     spans = []
     for axis, count, f_max in ((1, slm.height, passband.fy_max), (0, slm.width, passband.fx_max)):
         by = shift[0] if axis == 1 else shift[1]
         edge = (count - 1) / 2 * slm.pixel_pitch
-        guard = GUARD * slm.pixel_pitch if by else 0.0
-        low = [-edge + by + np.sign(by) * guard if by > 0 else -np.inf]
-        high = [edge + by + np.sign(by) * guard if by < 0 else np.inf]
+        guard = (GUARD * slm.pixel_pitch if by else 0.0) + margin
+        low = [-edge + max(by, 0.0) + guard if by > 0 or margin else -np.inf]
+        high = [edge + min(by, 0.0) - guard if by < 0 or margin else np.inf]
         if axis in soft_axes and len(after):
             tangent = reach(wavelength, f_max)
             for cloud, moved in ((before, by), (after, 0.0)):

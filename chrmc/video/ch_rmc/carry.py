@@ -69,7 +69,8 @@ def carried_window(
     # Footprints move along; they widen or narrow with depth, which may pass a pixel.
     grown = [abs(z) * reach(wavelength, f) for f in (passband.fx_max, passband.fy_max)]
     soft = [axis for axis, change in enumerate(grown) if change > slm.pixel_pitch]
-    return reusable(before, after, slm, wavelength, passband, (y, x), soft)
+    margin = abs(z) * reach(wavelength, slm.nyquist) + 2 * np.sqrt(wavelength * abs(z))
+    return reusable(before, after, slm, wavelength, passband, (y, x), soft, margin)
 
 
 def carry(

@@ -70,6 +70,11 @@ class Cylinder:
         return scipy.fft.fftfreq(self.out.shape[0], self.slm.pixel_pitch)
 
 
+def _side(count: int, spread: int) -> int:
+    """Pixels of a padded axis: room for light of the whole band, within reason."""
+    return min(max(count + spread, 2 * spread), max(3 * count, 4096))
+
+
 def cylinder_at(
     slm: SLM, wavelength: float, centre: tuple[float, float], radius: float
 ) -> Cylinder:
@@ -77,10 +82,8 @@ def cylinder_at(
     z0 = sagitta(radius, slm.width * slm.pixel_pitch)
     distance = centre[1] - radius + z0
     spread = int(np.ceil(abs(distance) * wavelength / (2 * slm.pixel_pitch**2)))
-    grid = (
-        scipy.fft.next_fast_len(slm.height + min(spread, slm.height)),
-        scipy.fft.next_fast_len(slm.width + min(spread, slm.width) + _ROOM),
-    )
+    grid = (_side(slm.height, spread), _side(slm.width, spread) + _ROOM)
+    grid = (scipy.fft.next_fast_len(grid[0]), scipy.fft.next_fast_len(grid[1]))
     # The grid is periodic: it is read from where the panel's light arrives, seen from the axis.
     middle = (slm.width - 1) / 2 - centre[0] / slm.pixel_pitch
     index = np.arange(grid[1])

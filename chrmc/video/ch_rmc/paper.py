@@ -233,7 +233,7 @@ def _frames(
     measure: Measure | None,
 ) -> Iterator[VideoFrame]:
     start = time.perf_counter()
-    steps = plan(scene, numbers)
+    steps = plan(scene)
     extraction = (time.perf_counter() - start) / len(numbers)
     tracks: dict[str, Track] = {}
     last_key = numbers[0]
@@ -248,8 +248,8 @@ def _frames(
             name = thing.name
             step = steps[name].get(number) if name in steps else None
             track = before.get(name)
-            fresh = track is None or len(track.cloud) == 0 or (due and step is not None)
-            if track is None or fresh:
+            unseen = track is None or len(track.cloud) == 0 or len(thing.cloud) == 0
+            if track is None or unseen or (due and step is not None):
                 tracks[name] = work.key(thing, record)
             else:
                 tracks[name], said[name] = work.advance(track, thing, step, record)
