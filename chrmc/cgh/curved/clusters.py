@@ -79,8 +79,11 @@ def _cost(box: Floats, count: int, plane: Plane) -> float:
     nx, ny = min(1.25 * kx + 8, w), min(1.35 * ky + 8, h)
     to_columns = 4 * ny * min(nx, 50) * w
     to_pixels = 2 * min(ny, 26) * h * w
-    sums = 16 * count * min(nx * ny, 4e4)
-    return to_columns + to_pixels + sums + _ENTRY * count * (nx + ny) + _CLUSTER
+    # Many points are summed in sub-clusters, however large the cluster is.
+    if count > 3000:
+        nx, ny = min(nx, 30.0), min(ny, 20.0)
+    sums = count * (16 * nx * ny + _ENTRY * (nx + ny))
+    return to_columns + to_pixels + sums + _CLUSTER
 
 
 def split(cloud: PointCloud, plane: Plane) -> list[PointCloud]:
