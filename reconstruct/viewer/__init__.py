@@ -1,0 +1,1 @@
+"""The viewer: `model` knows optics and no GUI, `window` draws it and passes hands on."""
