@@ -2,6 +2,7 @@
 
 import contextlib
 import signal
+import threading
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -162,12 +163,18 @@ def show(
         flips = stack.enter_context(FlipLog(log))
         stack.enter_context(ended_by_signal())
         player = Player(surface, reel, numbers, slm.shape, playing, flips, _tell)
-        summary = player.run()
+        interrupted = False
+        try:
+            summary = player.run()
+        except KeyboardInterrupt:
+            summary, interrupted = player.summary(), True
     for line in summary.lines():
         click.echo(line)
     if log is not None:
         plot_intervals(summary, log.with_suffix(".png"), f"{name} on {surface.name}")
         click.echo(f"flips in {log}, histogram in {log.with_suffix('.png')}")
+    if interrupted:
+        raise KeyboardInterrupt
     return 1 if summary.faults or summary.mismatches else 0
 
 
@@ -178,6 +185,10 @@ def _tell(line: str) -> None:
 @contextlib.contextmanager
 def ended_by_signal() -> Any:
     """Let a polite kill (SIGTERM) end play as Ctrl-C does, so that the gamma ramp is put back."""
+
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals are the main thread's
+        return
 
     def end(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt

@@ -100,6 +100,17 @@ def one_monitor(tmp_path_factory: pytest.TempPathFactory) -> Iterator[XServer]:
     process.wait()
 
 
+@pytest.fixture
+def x_server_without_opengl(tmp_path: Path) -> Iterator[XServer]:
+    """Xvfb that has no GLX."""
+    screen = f"{LC_R_1080.width}x{LC_R_1080.height}x24"
+    options = ["-screen", "0", screen, "-nolisten", "tcp", "-extension", "GLX"]
+    server, process = start_server([program("Xvfb", "xvfb"), *options], tmp_path / "log")
+    yield server
+    process.terminate()
+    process.wait()
+
+
 XORG = """
 Section "Device"
     Identifier "dummy"

@@ -150,6 +150,37 @@ def test_a_killed_player_leaves_a_whole_log(one_monitor, tmp_path, video_maker):
     assert all(r["sha256"] and r["status"] and r["missed"] is not None for r in rows)
 
 
+def test_a_monitor_that_goes_away_ends_play_with_one_line(
+    two_monitors, tmp_path, video_maker, small
+):
+    path = video_maker(tmp_path / "video", small, 1) / "frame_0001.tif"
+    log = tmp_path / "log.csv"
+    player = two_monitors.start(
+        "play", str(path), "--slm", "640x480:8.1e-6", "--monitor", "DUMMY1", "--log", str(log)
+    )
+    try:
+        assert wait_for(lambda: log.exists() and len(log.read_text().splitlines()) > 5)
+        two_monitors.run("xrandr", "--output", "DUMMY1", "--off")
+        _, errors = player.communicate(timeout=30)
+    finally:
+        player.kill()
+        back = ["--output", "DUMMY1", "--mode", "slm", "--pos", "800x0"]
+        two_monitors.run("xrandr", *back)
+        wait_for(lambda: "DUMMY1 connected 640x480+800+0" in two_monitors.run("xrandr"))
+    assert player.returncode == 2, errors
+    lines = [line for line in errors.strip().splitlines() if not line.startswith("warning")]
+    assert len(lines) == 1 and "disconnected" in lines[0] and "log saved in" in lines[0], errors
+    assert log.read_text().endswith("\n")
+
+
+def test_a_display_without_opengl_is_one_line(tmp_path, video_maker, x_server_without_opengl):
+    folder = video_maker(tmp_path / "video", LC_R_1080, 1)
+    player = x_server_without_opengl.start("play", str(folder))
+    _, errors = player.communicate(timeout=60)
+    assert player.returncode == 2
+    assert len(errors.strip().splitlines()) == 1 and "OpenGL" in errors, errors
+
+
 TWO_PLAYERS = """
 import sys
 from pathlib import Path
