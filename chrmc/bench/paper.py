@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import asin, atan2, cos, degrees, hypot, pi, radians, sin, tan
 
+from chrmc.scene.circles import paper_angle, paper_circle, turn_angle
+from chrmc.scene.motion import local_offsets
 from chrmc.slm import LC_R_1080, WAVELENGTH
 from chrmc.video.ch_rmc.conversion import RADIUS, one_pixel_distance, sagitta
 
@@ -73,18 +75,6 @@ def claims() -> list[Claim]:
     ]
 
 
-def circumcircle(
-    points: tuple[tuple[float, float], ...],
-) -> tuple[tuple[float, float], float]:
-    """Centre and radius of the circle through three points, from their perpendicular bisectors."""
-    (ax, ay), (bx, by), (cx, cy) = points
-    bx, by, cx, cy = bx - ax, by - ay, cx - ax, cy - ay
-    twice = 2 * (bx * cy - by * cx)
-    b2, c2 = bx**2 + by**2, cx**2 + cy**2
-    x, y = (cy * b2 - by * c2) / twice, (bx * c2 - cx * b2) / twice
-    return (ax + x, ay + y), hypot(x, y)
-
-
 def _near(printed: float, value: float, digit: float) -> bool:
     """Equal to within one unit of the last printed digit."""
     return abs(printed - value) <= digit * (1 + 1e-9)
@@ -106,9 +96,8 @@ def _conversion() -> Iterator[Claim]:
 
 
 def _arcs() -> Iterator[Claim]:
-    z0 = sagitta(RADIUS, WIDTH) * 100
     for name, (centre, radius, points) in ARCS.items():
-        _, fitted = circumcircle(points)
+        fitted = paper_circle(*points).radius
         yield Claim(
             f"{name}: radius of the circle through the three printed points",
             f"{radius} cm",
@@ -123,16 +112,17 @@ def _arcs() -> Iterator[Claim]:
             f"{distance:.2f} cm",
             _near(radius, distance, 0.01),
         )
-        bearings = [atan2(x - centre[0], centre[1] - z) for x, z in points]
         for k, printed in enumerate(ANGLES[name]):
-            angle = degrees(abs(bearings[k + 1] - bearings[k]))
+            pair = points[k], points[k + 1]
+            angle = degrees(abs(float(turn_angle(centre, *pair))))
+            by_heights = degrees(paper_angle(centre, *pair))
             yield Claim(
                 f"{name}: angle of step {k + 1} about the printed centre",
                 f"{printed}°",
-                f"{angle:.3f}°",
+                f"{angle:.3f}°, by Eqs 2–4 {by_heights:.3f}°",
                 _near(printed, angle, 0.001),
             )
-        d = centre[1] - RADIUS * 100 + z0
+        d, offset = (100 * v for v in local_offsets([c / 100 for c in centre], RADIUS, WIDTH))
         for printed in DISTANCES[name]:
             yield Claim(
                 f"{name}: d = z_O − R + z0",
@@ -140,7 +130,12 @@ def _arcs() -> Iterator[Claim]:
                 f"{d:.2f} cm",
                 _near(printed, d, 0.005),
             )
-        yield Claim(f"{name}: l = x_O", f"{centre[0]} cm", f"{centre[0]} cm", True)
+        yield Claim(
+            f"{name}: l = x_O",
+            f"{centre[0]} cm",
+            f"{offset:.2f} cm",
+            _near(centre[0], offset, 0.005),
+        )
 
 
 def _scene() -> Iterator[Claim]:
