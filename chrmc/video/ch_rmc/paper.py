@@ -12,7 +12,7 @@ removed. The work on blanks is in `point_pixels`.
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -49,6 +49,7 @@ class Track:
     field : (H, W) its hologram; cloud : the points that are in it; ids : theirs, or None
     cylinder : of its present arc, or None
     blank : pixels that its last step left to compute
+    carried : whether any of it was carried since it was last computed afresh
     """
 
     field: NDArray[np.complex64]
@@ -56,6 +57,7 @@ class Track:
     ids: NDArray[np.intp] | None
     cylinder: Cylinder | None = None
     blank: int = 0
+    carried: bool = False
 
 
 @dataclass(frozen=True)
@@ -128,8 +130,8 @@ class _Work:
                 shown = PointCloud.concatenate([after.select(~matching.wrong), added])
                 if track.ids is not None and thing.ids is not None:
                     ids = np.concatenate([track.ids[~matching.wrong], thing.ids[matching.missing]])
-        said = {"snr": float(ratio), "corrected": bool(correct)}
-        cylinder, blank = track.cylinder, 0
+        said = {"snr": float(ratio) if np.isfinite(ratio) else None, "corrected": bool(correct)}
+        cylinder, blank, inexact = track.cylinder, 0, track.carried or step is not None
         if step is None:
             reused = Window.full(slm)
             field = track.field.copy() if correct else track.field
@@ -158,7 +160,7 @@ class _Work:
             record.points_removed += len(removed)
             record.points_added += len(added)
             record.points_computed += len(removed) + len(added)
-        return Track(field, shown, ids, cylinder, blank), said
+        return Track(field, shown, ids, cylinder, blank, inexact), said
 
 
 def frames(
@@ -249,7 +251,8 @@ def _frames(
             step = steps[name].get(number) if name in steps else None
             track = before.get(name)
             unseen = track is None or len(track.cloud) == 0 or len(thing.cloud) == 0
-            if track is None or unseen or (due and step is not None):
+            stale = track is not None and (track.carried or step is not None)
+            if track is None or unseen or (due and stale):
                 tracks[name] = work.key(thing, record)
             else:
                 tracks[name], said[name] = work.advance(track, thing, step, record)
@@ -257,23 +260,15 @@ def _frames(
                     moving.append(name)
         field = _total(tracks, work)
         record.key = number == numbers[0] or due
-        wanted = measure_reuse or rekey_error is not None or measure is not None
-        if moving and wanted:
-            again = _recomputed(tracks, scene_frame, work, moving)
-            record.error_reuse = relative_error(field, again)
-            if measure is not None:
-                record.image = measure(field, again, scene_frame)
+        if measure_reuse or rekey_error is not None or measure is not None:
+            again = _recomputed(tracks, scene_frame, work)
+            _judge(record, field, again, scene_frame, measure)
             if _too_wrong(record, rekey_error, rekey_image):
                 for thing in scene_frame.objects:
-                    if thing.name in moving:
+                    if tracks[thing.name].carried:
                         tracks[thing.name] = work.key(thing, record)
-                field, record.key = _total(tracks, work), True
-                record.error_reuse = relative_error(field, again)
-                moving = []
-                if measure is not None:
-                    record.image = measure(field, again, scene_frame)
-        elif measure_reuse:
-            record.error_reuse = 0.0
+                field, record.key, moving = _total(tracks, work), True, []
+                _judge(record, field, again, scene_frame, measure)
         if record.key:
             last_key = number
         blanks = [tracks[name].blank for name in moving]
@@ -315,15 +310,25 @@ def _shown(tracks: dict[str, Track], scene_frame: SceneFrame) -> PointCloud:
 
 
 def _recomputed(
-    tracks: dict[str, Track], scene_frame: SceneFrame, work: _Work, moving: list[str]
+    tracks: dict[str, Track], scene_frame: SceneFrame, work: _Work
 ) -> NDArray[np.complex64]:
-    """The frame with its moving objects computed afresh by the same CGH method."""
-    things = {thing.name: thing for thing in scene_frame.objects}
+    """The frame with all that was carried computed afresh by the same CGH method."""
     whole = Window.full(work.slm)
-    again = {
-        name: replace(track, field=work.compute(_truth(track, things[name]), whole))
-        if name in moving
-        else track
-        for name, track in tracks.items()
-    }
-    return _total(again, work)
+    field = np.zeros(work.slm.shape, dtype=np.complex64)
+    for thing in scene_frame.objects:
+        track = tracks[thing.name]
+        field += work.compute(_truth(track, thing), whole) if track.carried else track.field
+    return field
+
+
+def _judge(
+    record: FrameRecord,
+    field: NDArray[np.complex64],
+    again: NDArray[np.complex64],
+    scene_frame: SceneFrame,
+    measure: Measure | None,
+) -> None:
+    """Book the field's error against its recomputation, and the image measures."""
+    record.error_reuse = relative_error(field, again)
+    if measure is not None:
+        record.image = measure(field, again, scene_frame)
