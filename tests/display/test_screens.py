@@ -122,6 +122,20 @@ def test_the_gamma_ramp_is_straight_while_playing_and_put_back(
     two_monitors.run("xrandr", "--output", "DUMMY1", "--gamma", "1:1:1")
 
 
+def test_the_screen_saver_is_held_off_while_playing(two_monitors, tmp_path, video_maker, small):
+    def timeout():
+        return two_monitors.run("xset", "q").split("timeout:")[1].split()[0]
+
+    two_monitors.run("xset", "s", "300")
+    path = video_maker(tmp_path / "video", small, 1) / "frame_0001.tif"
+    player = two_monitors.start("play", str(path), "--slm", "640x480:8.1e-6")
+    try:
+        assert wait_for(lambda: timeout() == "0"), timeout()
+    finally:
+        finish(player)
+    assert timeout() == "300"
+
+
 def test_keys_reach_the_player(one_monitor, tmp_path, video_maker, small):
     folder = video_maker(tmp_path / "video", LC_R_1080, 2)
     player = one_monitor.start("play", str(folder), "--loop", "--log", str(tmp_path / "log.csv"))
