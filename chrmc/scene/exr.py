@@ -14,6 +14,7 @@ INTENSITY_NAMES = ("y", "i", "intensity", "grey", "gray", "luminance")
 DEPTH_NAMES = ("z", "depth")
 ID_NAMES = ("id", "object_id", "objectid", "object", "indexob")
 COLOUR_NAMES = (("r", "red"), ("g", "green"), ("b", "blue"))
+PICTURE_LAYERS = {"combined", "beauty", "rgba", "image"}
 # Rec. 709 luminance of linear red, green and blue.
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 HALF_EXACT = 2048
@@ -97,21 +98,31 @@ def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
 
 
 def find_channel(names: Sequence[str], wanted: Sequence[str]) -> int | None:
-    """Index of the channel whose name, or else layer, is one of `wanted`; plain names first."""
+    """Index of the channel whose name, or else layer, is one of `wanted`.
+
+    Layers called like a picture (`Combined`) come first, then short names. Components of vectors
+    (`Normal.Z` beside `Normal.X` and `Normal.Y`) are none.
+    """
     parts = [name.lower().replace("/", ".").split(".") for name in names]
-    ranked = [
-        (len(part), wanted.index(part[-1]), index)
-        for index, part in enumerate(parts)
-        if part[-1] in wanted
-    ]
-    if not ranked:
-        # Renderers write a layer's only channel as `view.Depth.V` or `IndexOB.X`.
-        ranked = [
-            (len(part), wanted.index(part[-2]), index)
+    layers: dict[tuple[str, ...], set[str]] = {}
+    for part in parts:
+        layers.setdefault(tuple(part[:-1]), set()).add(part[-1])
+    vectors = {layer for layer, members in layers.items() if layer and {"x", "y"} <= members}
+
+    def ranked(depth: int) -> list[tuple[bool, int, int, int]]:
+        """Candidates whose name at `depth` from the end is wanted, the best first."""
+        return sorted(
+            (PICTURE_LAYERS.isdisjoint(part), len(part), wanted.index(part[-depth]), index)
             for index, part in enumerate(parts)
-            if len(part) > 1 and part[-2] in wanted and len(part[-1]) == 1
-        ]
-    return min(ranked)[2] if ranked else None
+            if len(part) >= depth
+            and part[-depth] in wanted
+            and tuple(part[:-1]) not in vectors
+            and (depth == 1 or len(part[-1]) == 1)
+        )
+
+    # Renderers write a layer's only channel as `view.Depth.V` or `IndexOB.X`.
+    found = ranked(1) or ranked(2)
+    return found[0][3] if found else None
 
 
 def _intensity_weights(names: Sequence[str], exclude: set[int | None]) -> list[tuple[int, float]]:

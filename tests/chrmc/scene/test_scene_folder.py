@@ -174,6 +174,20 @@ def test_colours_count_by_their_luminance(tmp_path):
     assert cloud.intensity == pytest.approx(expected, rel=1e-6)
 
 
+def test_layers_of_a_renderer(tmp_path):
+    light, depth = light_and_depth()
+    wrong = np.full_like(light, 9)
+    layers = {f"ViewLayer.{layer}.{c}": wrong for layer in ("AO", "Normal") for c in "RGB"}
+    layers |= {f"ViewLayer.{layer}.{c}": wrong for layer in ("Normal", "Vector") for c in "XYZ"}
+    layers |= {f"ViewLayer.Combined.{c}": light for c in "RGBA"}
+    layers |= {"ViewLayer.Depth.Z": depth, "ViewLayer.IndexOB.X": np.full_like(light, 3)}
+    scene = load_scene(hand_made(tmp_path / "s", layers))
+    assert scene.object_names == ("object 3",)
+    cloud = scene.frame(1).cloud
+    assert cloud.intensity == pytest.approx(light.ravel()[1:], rel=1e-6)
+    assert cloud.positions[:, 2] == pytest.approx(depth.ravel()[1:])
+
+
 @pytest.mark.parametrize("kind", ["float", "half"])
 def test_objects_by_id(tmp_path, kind):
     light, depth = light_and_depth()
