@@ -139,7 +139,7 @@ def grey_levels(frame: VideoFrame, recipe: Recipe, scale: float) -> NDArray[np.u
     """The frame's 8-bit picture; its time is booked under "encode"."""
     from display.encode import encode, encode_signal
 
-    signal = frame.signal
+    signal = None if recipe.coding.needs_field else frame.signal
     if signal is not None:
         with frame.record.stage("encode"):
             return encode_signal(signal, scale, recipe.response)
@@ -168,7 +168,7 @@ def measured_error(frame: VideoFrame, recipe: Recipe) -> float | None:
     rows = rng.integers(0, slm.height, recipe.check_pixels)
     columns = rng.integers(0, slm.width, recipe.check_pixels)
     truth = reference_samples(
-        frame.cloud, slm, recipe.wavelength, rows, columns, passband=coding.passband
+        frame.shown, slm, recipe.wavelength, rows, columns, passband=coding.passband
     )
     if frame.signal is None:
         error = relative_error(frame.field[rows, columns], truth)

@@ -14,8 +14,12 @@ COMMANDS = {
     "play": ("chrmc.cli.play", "Show a video or picture on an SLM, full screen, and log it."),
     "reconstruct": ("chrmc.cli.reconstruct", "Reconstruct one frame at a depth."),
     "check": ("chrmc.cli.check", "Is every object in focus where the scene says?"),
+    "view": ("chrmc.cli.view", "Look around in a video: frames, depths, filters."),
     "bench": ("chrmc.cli.bench", "Measure speed, error and the paper's numbers."),
     "monitors": ("chrmc.cli.monitors", "List the monitors."),
+    "live": ("chrmc.cli.live", "Generate and play at once, without files."),
+    "pattern": ("chrmc.cli.pattern", "Test pictures for setting up a bench."),
+    "bench-sheet": ("chrmc.cli.bench_sheet", "What to build: orders, masks, camera distances."),
 }
 
 
