@@ -1,0 +1,100 @@
+"""A picture in the viewer's window: draws a canvas, passes wheel, drag and click on."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from imgui_bundle import imgui
+
+from reconstruct.viewer.canvas import Canvas
+from reconstruct.viewer.shade import Look
+from reconstruct.viewer.view import View
+
+ImVec2 = imgui.ImVec2
+CLICK_SLACK = 4.0
+"""Screen pixels that the mouse may stray between press and release of a click."""
+
+
+def colour(red: float, green: float, blue: float, alpha: float = 1.0) -> int:
+    """A colour as draw lists take it."""
+    return int(imgui.get_color_u32(imgui.ImVec4(red, green, blue, alpha)))
+
+
+@dataclass
+class Pane:
+    """One picture's place on the screen.
+
+    title : shown in its corner
+    hover : (row, column) under the cursor, or None
+    clicked : (row, column) clicked in this frame of the GUI, or None
+    """
+
+    title: str
+    canvas: Canvas
+    view: View
+    hover: tuple[int, int] | None = None
+    clicked: tuple[int, int] | None = None
+    origin: tuple[float, float] = (0.0, 0.0)
+    _dragged: float = field(default=0.0, repr=False)
+
+    def show(
+        self, size: tuple[float, float], look: Look, white: float, density: float, note: str = ""
+    ) -> Any:
+        """Draw at the cursor's place. `density` : framebuffer pixels per GUI unit.
+
+        Returns the draw list, for overlays in screen coordinates (`screen_point`).
+        """
+        width, height = max(size[0], 8.0), max(size[1], 8.0)
+        self.view.resize(width, height)
+        place = imgui.get_cursor_screen_pos()
+        self.origin = (place.x, place.y)
+        imgui.invisible_button(self.title, ImVec2(width, height))
+        self._hands()
+        pixels = (round(width * density), round(height * density))
+        name = self.canvas.draw(pixels, self.view, look, white)
+        drawn = imgui.get_window_draw_list()
+        corner = ImVec2(place.x + width, place.y + height)
+        drawn.add_image(imgui.ImTextureRef(name), place, corner)
+        drawn.push_clip_rect(place, corner, True)
+        self._label(drawn, place, note)
+        return drawn
+
+    def finish(self, drawn: Any) -> None:
+        """End of overlays."""
+        drawn.pop_clip_rect()
+        frame = colour(0.24, 0.55, 0.36) if self.hover is not None else colour(0.2, 0.22, 0.26)
+        low = ImVec2(*self.origin)
+        high = ImVec2(low.x + self.view.screen_width, low.y + self.view.screen_height)
+        drawn.add_rect(low, high, frame)
+
+    def _label(self, drawn: Any, place: Any, note: str) -> None:
+        text = f"{self.title}   {note}" if note else self.title
+        extent = imgui.calc_text_size(text)
+        low = ImVec2(place.x + 8, place.y + 8)
+        high = ImVec2(low.x + extent.x + 16, low.y + extent.y + 8)
+        drawn.add_rect_filled(low, high, colour(0.05, 0.06, 0.07, 0.72), 5)
+        drawn.add_text(ImVec2(low.x + 8, low.y + 4), colour(0.88, 0.92, 0.9), text)
+
+    def screen_point(self, row: float, column: float) -> Any:
+        """Where the middle of a pixel is on the screen."""
+        x, y = self.view.to_screen(column + 0.5, row + 0.5)
+        return ImVec2(self.origin[0] + x, self.origin[1] + y)
+
+    def _hands(self) -> None:
+        self.clicked = None
+        io = imgui.get_io()
+        x, y = io.mouse_pos.x - self.origin[0], io.mouse_pos.y - self.origin[1]
+        hovered = imgui.is_item_hovered()
+        self.hover = self.view.pixel_at(x, y) if hovered else None
+        if hovered and io.mouse_wheel:
+            self.view.zoom_at(x, y, 1.25**io.mouse_wheel)
+        if hovered and imgui.is_mouse_double_clicked(1):
+            self.view.fit()
+        if imgui.is_item_activated():
+            self._dragged = 0.0
+        if imgui.is_item_active():
+            self._dragged += abs(io.mouse_delta.x) + abs(io.mouse_delta.y)
+            if self._dragged > CLICK_SLACK:
+                self.view.pan(io.mouse_delta.x, io.mouse_delta.y)
+                imgui.set_mouse_cursor(imgui.MouseCursor_.resize_all)
+        if imgui.is_item_deactivated() and self._dragged <= CLICK_SLACK:
+            self.clicked = self.view.pixel_at(x, y)
