@@ -1,0 +1,199 @@
+"""What `chrmc bench table1` and `chrmc bench table2` share."""
+
+import platform
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.bench.systems import Images
+from chrmc.bench.tables import Pair
+from chrmc.cli.arguments import frames_option, slm_option, wavelength_option
+from chrmc.scene.scene import Scene, SceneFrame
+from chrmc.slm import SLM
+
+FORMS = ("rgbd", "points")
+
+
+def table_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The arguments of both commands."""
+    for option in reversed(
+        (
+            click.argument("scene", default="car-house"),
+            frames_option,
+            click.option(
+                "--form",
+                type=click.Choice([*FORMS, "both"]),
+                default="both",
+                show_default=True,
+                help="rgbd as in the paper, body-fixed points, or a table of each.",
+            ),
+            click.option("--encoding", default="real", show_default=True, help="real or ssb."),
+            click.option(
+                "--only",
+                default=None,
+                help="Comma-separated systems, as the table names them; originals are kept.",
+            ),
+            click.option(
+                "--pixels",
+                type=click.IntRange(1),
+                default=256,
+                show_default=True,
+                help="Pixels per frame on which field errors are measured.",
+            ),
+            click.option(
+                "--image-every",
+                type=click.IntRange(0),
+                default=10,
+                show_default=True,
+                help="Compare reconstructions every so many frames; 0 for never.",
+            ),
+            slm_option,
+            wavelength_option,
+            click.option(
+                "--out",
+                type=click.Path(path_type=Path, file_okay=False),
+                default=None,
+                help="Folder for the table as text, CSV and plot.",
+            ),
+        )
+    ):
+        function = option(function)
+    return function
+
+
+def run(
+    name: str,
+    pairs: Sequence[Pair],
+    scene: str,
+    frames: tuple[int, int] | None,
+    form: str,
+    encoding: str,
+    only: str | None,
+    pixels: int,
+    image_every: int,
+    slm: SLM,
+    wavelength: float | None,
+    out: Path | None,
+) -> int:
+    """Measure, print and write a table."""
+    from chrmc.bench import systems, tables
+    from chrmc.cli.generation import scene_wavelength
+    from chrmc.coding import coding_for
+    from chrmc.progress import progress
+    from chrmc.scene.load import load_scene
+
+    coding = coding_for(encoding, slm)
+    pairs = chosen(pairs, only)
+    texts, made = [machine(slm, encoding)], {}
+    for kind in FORMS if form == "both" else (form,):
+        given = load_scene(scene, form=kind)
+        if given.form != kind:
+            if form != "both":
+                raise ValueError(f"{scene} has no {kind} form; it is {given.form}")
+            continue
+        wave = scene_wavelength(given, wavelength)
+        kept: Any = systems.KeptScene(given)
+        wanted = tables.systems_of(pairs)
+        measured = systems.measure(
+            wanted,
+            kept,
+            slm,
+            wave,
+            coding,
+            frames=frames,
+            pixels=pixels,
+            images=image_psnr(slm, wave) if image_every else None,
+            image_every=max(1, image_every),
+            watch=partial(progress, label=f"{name} {kind}"),
+        )
+        loose = tables.tolerant_points(wanted, kept, slm, wave, coding, frames)
+        made[kind] = tables.rows(kind, pairs, measured, loose)
+        texts.append(_section(name, kind, given, made[kind]))
+    for text in texts:
+        click.echo(text)
+    if out is not None:
+        _write(out, name, "\n".join(texts), made, scene)
+        click.echo(f"written to {out}")
+    return 0
+
+
+def chosen(pairs: Sequence[Pair], only: str | None) -> list[Pair]:
+    """The pairs whose compensated system is named; ValueError for a name there is not."""
+    if only is None:
+        return list(pairs)
+    names = [name.strip() for name in only.split(",")]
+    labels = [pair.compensated.label for pair in pairs]
+    for name in names:
+        if name not in labels:
+            raise ValueError(f"there is no system {name!r} in this table: {', '.join(labels)}")
+    return [pair for pair in pairs if pair.compensated.label in names]
+
+
+def machine(slm: SLM, encoding: str) -> str:
+    """What the times were measured on and of."""
+    from chrmc.optics import workers
+
+    return (
+        f"{slm.width} × {slm.height} pixels of {slm.pixel_pitch * 1e6:g} µm, encoding {encoding}; "
+        f"{workers()} cores, {platform.machine()}, NumPy {np.__version__}; systems interleaved "
+        "frame by frame"
+    )
+
+
+def _section(name: str, kind: str, scene: Scene, rows: Sequence[dict[str, Any]]) -> str:
+    from chrmc.bench import tables
+
+    return (
+        f"\n{name}, {scene.name}, {kind}\n\n{tables.to_text(rows)}\n\n"
+        f"{tables.stages_text(rows)}\n\n{tables.claims_text(rows)}"
+    )
+
+
+def _write(
+    out: Path, name: str, text: str, made: dict[str, list[dict[str, Any]]], scene: str
+) -> None:
+    from chrmc.bench import tables
+    from chrmc.files import replacing
+
+    out.mkdir(parents=True, exist_ok=True)
+    rows = [row for table in made.values() for row in table]
+    with replacing(out / f"{name}.txt") as path:
+        path.write_text(text + "\n", encoding="utf-8")
+    with replacing(out / f"{name}.csv") as path:
+        path.write_text(tables.to_csv(rows), encoding="utf-8")
+    with replacing(out / f"{name}.png") as path:
+        tables.plot(dict(made), path, f"{name}, {scene}")
+
+
+def image_psnr(slm: SLM, wavelength: float) -> Images:
+    """PSNR of each object's reconstruction at its depth against that of the exact field, dB.
+
+    The complex field is propagated to the object's depth; the picture is the intensity on the
+    object's extent and a tenth around it, at the SLM's pitch.
+    """
+    from chrmc.optics import Patch, Propagator
+    from reconstruct.metrics import psnr
+
+    def compare(
+        field: NDArray[np.complex64], exact: NDArray[np.complex64], scene_frame: SceneFrame
+    ) -> Mapping[str, float]:
+        found = {}
+        for thing in scene_frame.objects:
+            if len(thing.cloud) == 0:
+                continue
+            low, high = (f(thing.cloud.positions[:, :2], axis=0) for f in (np.min, np.max))
+            size = 1.2 * (high - low) + 20 * slm.pixel_pitch
+            middle = (low + high) / 2
+            columns, rows = (int(n) for n in np.ceil(size / slm.pixel_pitch))
+            patch = Patch((float(middle[1]), float(middle[0])), (rows, columns), slm.pixel_pitch)
+            to_object = Propagator(slm.shape, slm.pixel_pitch, wavelength, thing.depth, patch)
+            pictures = [np.abs(to_object(f, -thing.depth)) ** 2 for f in (field, exact)]
+            found[thing.name] = psnr(pictures[0], pictures[1])
+        return found
+
+    return compare
