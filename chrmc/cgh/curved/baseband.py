@@ -12,6 +12,7 @@ from chrmc.cgh.curved.tables import (
     Series,
     exact_baseband,
     make_series,
+    plane_kernel,
     separable_baseband,
 )
 from chrmc.scene.points import PointCloud
@@ -78,7 +79,7 @@ def make_factor(
         (float(axis_x.nodes[0]), float(axis_x.nodes[-1])),
         (float(axis_y.nodes[0]), float(axis_y.nodes[-1])),
         box,
-        plane.wavelength,
+        plane_kernel(plane.wavelength),
         tolerance * _SERIES_SHARE,
     )
     if series is None or len(series.orders) > 60:

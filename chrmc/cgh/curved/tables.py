@@ -11,6 +11,7 @@ G ≈ Σ_l F_l(x, y)·P_l(point), with the terms that the tolerance needs and no
 one matrix product more.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, log, pi, sqrt
 
@@ -153,12 +154,35 @@ class Series:
 
 def residual(x: Floats, y: Floats, z: Floats, wavelength: float) -> NDArray[np.complex128]:
     """G at offsets x, y and depth z, broadcast, without cancellation."""
+    radians, fall = residual_parts(x, y, z, wavelength)
+    return phasors(radians, fall)
+
+
+def phasors(radians: Floats, modulus: Floats) -> NDArray[np.complex128]:
+    """modulus·exp(i·radians), broadcast."""
+    return np.asarray(modulus * np.exp(1j * np.remainder(radians, 2 * pi)), dtype=np.complex128)
+
+
+def residual_parts(x: Floats, y: Floats, z: Floats, wavelength: float) -> tuple[Floats, Floats]:
+    """Phase of G in radians, not wrapped, and its modulus."""
     a, b = x * x, y * y
     r_x, r_y = np.sqrt(a + z * z), np.sqrt(b + z * z)
     r = np.sqrt(a + b + z * z)
     e = -a * b * (1 / (r + r_x) + 1 / (r_y + z)) / ((r + r_y) * (r_x + z))
-    cycles = e / wavelength
-    return z / r * np.exp(2j * pi * (cycles - np.rint(cycles)))
+    return 2 * pi / wavelength * e, z / r
+
+
+Kernel = Callable[..., tuple[Floats, Floats]]
+"""(tx, ty, px, py, pz), broadcast → phase in radians, not wrapped, and modulus."""
+
+
+def plane_kernel(wavelength: float) -> Kernel:
+    """G for targets (tx, ty) on the hologram and points (px, py, pz)."""
+
+    def kernel(tx: Floats, ty: Floats, px: Floats, py: Floats, pz: Floats) -> tuple[Floats, Floats]:
+        return residual_parts(tx - px, ty - py, pz, wavelength)
+
+    return kernel
 
 
 def _transform(count: int) -> Floats:
@@ -176,15 +200,16 @@ def make_series(
     x_range: tuple[float, float],
     y_range: tuple[float, float],
     box: Floats,
-    wavelength: float,
+    kernel: Kernel,
     tolerance: float,
 ) -> Series | None:
     """The shortest `Series` with a relative rms remainder below `tolerance`; None when too long.
 
-    x_range, y_range : the nodes' range on the hologram, metres
+    x_range, y_range : the nodes' range, on the hologram for `plane_kernel`
     box : (3, 2) the points' range
+    kernel : the function to expand
     """
-    counts = _sample_counts(x_range, y_range, box, wavelength, tolerance)
+    counts = _sample_counts(x_range, y_range, box, kernel, tolerance)
     if np.prod(counts, dtype=float) > MOST_SAMPLES:
         return None
     grids = [
@@ -193,12 +218,11 @@ def make_series(
     ]
     # axes: hologram y, hologram x, point x, point y, point z
     tx, ty, px, py, pz = grids
-    samples = residual(
-        tx[None, :, None, None, None] - px[:, None, None],
-        ty[:, None, None, None, None] - py[:, None],
-        pz,
-        wavelength,
-    )
+    radians, modulus = kernel(
+        tx[None, :, None, None, None], ty[:, None, None, None, None], px[:, None, None],
+        py[:, None], pz,
+    )  # fmt: skip
+    samples = phasors(radians, modulus)
     weight = np.ones(())
     for axis, n in zip((2, 3, 4), counts[2:], strict=True):
         samples = np.moveaxis(np.tensordot(samples, _transform(n), (axis, 1)), -1, axis)
@@ -222,30 +246,58 @@ def _sample_counts(
     x_range: tuple[float, float],
     y_range: tuple[float, float],
     box: Floats,
-    wavelength: float,
+    kernel: Kernel,
     tolerance: float,
 ) -> list[int]:
-    """Chebyshev samples that resolve G along hologram x, y and point x, y, z."""
-    ends = [np.linspace(low, high, 5) for low, high in (x_range, y_range)]
-    corners = [np.unique([low, (low + high) / 2, high]) for low, high in box]
-    dx = (ends[0][:, None] - corners[0])[:, None, :, None, None]
-    dy = (ends[1][:, None] - corners[1])[None, :, None, :, None]
-    z = corners[2][:]
-    a, b = dx**2, dy**2
-    r_x, r_y, r = np.sqrt(a + z * z), np.sqrt(b + z * z), np.sqrt(a + b + z * z)
-    e = -a * b * (1 / (r + r_x) + 1 / (r_y + z)) / ((r + r_y) * (r_x + z)) * 2 * pi / wavelength
-    full = np.broadcast_to(e, (5, 5, len(corners[0]), len(corners[1]), len(corners[2])))
-    fall = np.broadcast_to(np.log(r / z), full.shape)
+    """Chebyshev samples that resolve a kernel along target x, y and point x, y, z."""
+    tx, ty = (np.linspace(low, high, 5) for low, high in (x_range, y_range))
+    px, py, pz = (np.unique([low, (low + high) / 2, high]) for low, high in box)
+    shape = (5, 5, len(px), len(py), len(pz))
+    radians, modulus = kernel(
+        tx[:, None, None, None, None], ty[:, None, None, None], px[:, None, None], py[:, None], pz
+    )
+    both = [np.broadcast_to(v, shape) for v in (radians, np.log(modulus))]
     counts = []
-    for axis in range(5):
-        # The steepest slope of the phase, and of the amplitude's logarithm, over [−1, 1].
-        samples = full.shape[axis]
-        slope = sum(float(np.max(np.abs(np.diff(v, axis=axis)), initial=0.0)) for v in (full, fall))
+    for axis, samples in enumerate(shape):
+        # The steepest slope of the phase, and of the modulus's logarithm, over [−1, 1].
+        slope = sum(float(np.max(np.abs(np.diff(v, axis=axis)), initial=0.0)) for v in both)
         slope *= (samples - 1) / 2
         counts.append(1 if samples == 1 else 1 + node_count(slope, tolerance / 10))
     for axis, (low, high) in enumerate((x_range, y_range)):
         counts[axis] = max(counts[axis], 4) if high > low else 1
     return counts
+
+
+def products(
+    across: tuple[Reals, Reals], down: tuple[Reals, Reals], scale: Reals
+) -> tuple[Reals, Reals]:
+    """Σ_j scale_lj·down_j·across_j as real and imaginary parts, (L, n_y, n_x) each.
+
+    across, down : cos and sin tables (N, n_x) and (N, n_y)
+    scale : (L, N) real
+    Complex products as real ones of twice the depth: sgemm runs several times faster than cgemm
+    here, and the result comes apart into real and imaginary rows.
+    """
+    terms, n = scale.shape
+    ny = down[0].shape[1]
+    left = np.empty((2, n, terms, 2, ny), dtype=scale.dtype)
+    for term in range(terms):
+        np.multiply(down[0], scale[term][:, None], out=left[0, :, term, 0])
+        np.multiply(down[1], scale[term][:, None], out=left[0, :, term, 1])
+        np.multiply(left[0, :, term, 1], _MINUS, out=left[1, :, term, 0])
+        left[1, :, term, 1] = left[0, :, term, 0]
+    total = left.reshape(2 * n, -1).T @ np.concatenate(across)
+    blocks = total.reshape(terms, 2, ny, -1)
+    return blocks[:, 0], blocks[:, 1]
+
+
+def weigh(series: tuple[Reals, Reals], sums: tuple[Reals, Reals]) -> tuple[Reals, Reals]:
+    """Σ_l F_l·sum_l, complex, from and to real and imaginary parts."""
+    real = np.einsum("lyx,lyx->yx", series[0], sums[0])
+    real -= np.einsum("lyx,lyx->yx", series[1], sums[1])
+    imag = np.einsum("lyx,lyx->yx", series[0], sums[1])
+    imag += np.einsum("lyx,lyx->yx", series[1], sums[0])
+    return real, imag
 
 
 def separable_baseband(
@@ -262,12 +314,10 @@ def separable_baseband(
 
     precision : of the tables and sums; float32 adds about 5e-7 of noise
     """
-    nx, ny, terms = len(axis_x.nodes), len(axis_y.nodes), len(series.orders)
-    total = np.zeros((terms * 2 * ny, nx), dtype=precision)
+    total: tuple[Reals, Reals] | None = None
     for start in range(0, len(cloud), _POINTS):
         part = slice(start, start + _POINTS)
         x, y, z = cloud.positions[part].T
-        n = len(x)
         across = fold(
             phase_table(axis_x.nodes, x, z, reference.x, reference.z, wavelength), precision
         )
@@ -277,26 +327,15 @@ def separable_baseband(
         down = fold(cycles, precision)
         _apply_taper(across, axis_x, x, z, reach[0])
         _apply_taper(down, axis_y, y, z, reach[1])
-        scale = (series.at_points(cloud.positions[part]) * (cloud.amplitude[part] / z)).astype(
-            precision
-        )
-        # Complex products as real ones of twice the depth: sgemm runs several times faster
-        # than cgemm here, and the result comes apart into real and imaginary rows.
-        left = np.empty((2, n, terms, 2, ny), dtype=precision)
-        for term in range(terms):
-            np.multiply(down[0], scale[term][:, None], out=left[0, :, term, 0])
-            np.multiply(down[1], scale[term][:, None], out=left[0, :, term, 1])
-            np.multiply(left[0, :, term, 1], _MINUS, out=left[1, :, term, 0])
-            left[1, :, term, 1] = left[0, :, term, 0]
-        right = np.concatenate(across)
-        total += left.reshape(2 * n, -1).T @ right
-    blocks = total.reshape(terms, 2, ny, nx)
-    f_real, f_imag = series.on_grid(axis_x.nodes, axis_y.nodes, precision)
-    real = np.einsum("lyx,lyx->yx", f_real, blocks[:, 0])
-    real -= np.einsum("lyx,lyx->yx", f_imag, blocks[:, 1])
-    imag = np.einsum("lyx,lyx->yx", f_real, blocks[:, 1])
-    imag += np.einsum("lyx,lyx->yx", f_imag, blocks[:, 0])
-    return real, imag
+        scale = series.at_points(cloud.positions[part]) * (cloud.amplitude[part] / z)
+        sums = products(across, down, scale.astype(precision))
+        if total is None:
+            total = sums
+        else:
+            total[0][...] += sums[0]
+            total[1][...] += sums[1]
+    assert total is not None
+    return weigh(series.on_grid(axis_x.nodes, axis_y.nodes, precision), total)
 
 
 def exact_baseband(

@@ -67,7 +67,9 @@ def test_interpolated_cycles_are_the_cycles() -> None:
 def test_series_has_the_terms_that_the_tolerance_needs_and_no_more(tolerance: float) -> None:
     random = np.random.default_rng(1)
     box = np.array([[-1e-3, 1e-3], [-5e-4, 5e-4], [0.25, 0.251]])
-    series = tables.make_series((-8e-3, 8e-3), (-5e-3, 5e-3), box, WAVELENGTH, tolerance)
+    series = tables.make_series(
+        (-8e-3, 8e-3), (-5e-3, 5e-3), box, tables.plane_kernel(WAVELENGTH), tolerance
+    )
     assert series is not None
     points = random.uniform(box[:, 0], box[:, 1], (300, 3))
     x, y = np.linspace(-8e-3, 8e-3, 31), np.linspace(-5e-3, 5e-3, 23)
@@ -153,5 +155,7 @@ def test_predicted_error_is_near_the_measured_one_on_the_panel(seed: int, tolera
 
 def test_a_box_of_one_point_needs_one_term() -> None:
     box = bounding_box(np.array([[1e-3, 2e-3, 0.2]]))
-    series = tables.make_series((-8e-3, 8e-3), (-5e-3, 5e-3), box, WAVELENGTH, 1e-6)
+    series = tables.make_series(
+        (-8e-3, 8e-3), (-5e-3, 5e-3), box, tables.plane_kernel(WAVELENGTH), 1e-6
+    )
     assert series is not None and len(series.orders) == 1
