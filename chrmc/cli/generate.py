@@ -28,7 +28,7 @@ from chrmc.slm import SLM
     help="Largest relative field error against the exact truth. [1e-3]",
 )
 @frames_option
-@click.option("--encoding", default="ssb", show_default=True, help="ssb or real.")
+@click.option("--encoding", default="ssb", show_default=True, help="ssb, real, bipolar, burch or offaxis.")
 @form_option
 @slm_option
 @wavelength_option
