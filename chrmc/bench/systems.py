@@ -53,7 +53,8 @@ class Measured:
         the points shown, or None where images were not compared
     psnr_scene : the same against the exact field of the scene's points; some 20 dB where phases
         are the method's own, since then the speckle is another
-    snr_images : Eq. 14 in dB, the points shown against the scene's; inf for the same points
+    snr_images : Eq. 14 in dB, the points shown against the scene's; inf for the same points, NaN
+        for points that lie on no pixel grid
     refused : why there is nothing, in the method's words
     """
 
@@ -88,7 +89,7 @@ class Measured:
 
     def worst(self, name: str) -> float:
         """Smallest over the frames, dB; NaN where no images were compared."""
-        values = [v for v in getattr(self, name) if v is not None]
+        values = [v for v in getattr(self, name) if v is not None and not np.isnan(v)]
         return float(min(values)) if values else float("nan")
 
     @property
@@ -271,8 +272,10 @@ def _moving(frame: VideoFrame, still: set[str]) -> int:
 def _snr(frame: VideoFrame, scene: Scene) -> float:
     """Eq. 14 of the points shown, strict matching."""
     shown, cloud = frame.shown, frame.cloud
-    if shown is cloud:
+    if shown is cloud or _same(shown, cloud):
         return float("inf")
+    if scene.form != "rgbd":
+        return float("nan")
     matcher = Matcher.of(scene, "strict")
     found = match(shown, cloud, rule_named("strict"), matcher.pixel_pitch, matcher.plane_spacing)
     return snr(shown, cloud, found)

@@ -219,7 +219,7 @@ def to_text(table: Sequence[dict[str, Any]]) -> str:
             value = row[key]
             if key == "point_pixels":
                 value = value / 1e9
-            missing = value is None or (isinstance(value, float) and not np.isfinite(value))
+            missing = value is None or (isinstance(value, float) and np.isnan(value))
             cells.append("–".rjust(width) if missing else form.format(value))
         lines.append("  ".join(cells))
         if row["refused"]:
