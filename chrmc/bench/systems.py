@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh import METHODS, compute_field
+from chrmc.cgh import METHODS, compute_field, with_cache
 from chrmc.coding import Coding
 from chrmc.reference import reference_samples, relative_error
 from chrmc.scene.points import PointCloud
@@ -55,6 +55,7 @@ class Measured:
         are the method's own, since then the speckle is another
     snr_images : Eq. 14 in dB, the points shown against the scene's; inf for the same points, NaN
         for points that lie on no pixel grid
+    cache : what the CGH method keeps from frame to frame, or None; str() of it tells its size
     refused : why there is nothing, in the method's words
     """
 
@@ -67,6 +68,7 @@ class Measured:
     psnr_shown: list[float | None] = field(default_factory=list)
     psnr_scene: list[float | None] = field(default_factory=list)
     snr_images: list[float] = field(default_factory=list)
+    cache: Any = None
     refused: str = ""
 
     def mean(self, name: str) -> float:
@@ -231,6 +233,8 @@ def _start(
     measured: Measured, scene: Scene, slm: SLM, wavelength: float, numbers: range, coding: Coding
 ) -> Iterator[VideoFrame]:
     system = measured.system
+    options = with_cache(system.cgh, dict(system.options))
+    measured.cache = options.get("cache")
     try:
         return video(
             scene,
@@ -240,7 +244,7 @@ def _start(
             compensation=system.compensation,
             frames=(numbers[0], numbers[-1]),
             coding=coding,
-            **dict(system.options),
+            **options,
         )
     except (ValueError, ImportError) as error:
         measured.refused = str(error)

@@ -167,6 +167,7 @@ def _row(
         "snr_images_dB": measured.worst("snr_images"),
         "paper_points": paper[0],
         "paper_seconds": paper[1],
+        "cache": "" if measured.cache is None else str(measured.cache),
         "refused": measured.refused,
     }
     return row
@@ -224,6 +225,7 @@ def to_text(table: Sequence[dict[str, Any]]) -> str:
         lines.append("  ".join(cells))
         if row["refused"]:
             lines.append(f"    refused: {row['refused']}")
+    lines += [f"{row['system']} keeps {row['cache']}" for row in table if row["cache"]]
     return "\n".join(lines)
 
 

@@ -72,6 +72,12 @@ class TransferCache:
         """Bytes held."""
         return sum(t.nbytes for t in self._kept.values())
 
+    def __str__(self) -> str:
+        return (
+            f"{len(self._kept)} transfer functions, {self.nbytes / 2**20:.3g} MiB of at most "
+            f"{self.limit / 2**20:.3g} MiB"
+        )
+
 
 new_cache = TransferCache
 

@@ -108,6 +108,7 @@ def test_text_csv_and_plot(tmp_path: Path) -> None:
         100 * (float(back[1]["points"]) / float(back[0]["points"]) - 1)
     )
     text = tables.to_text(table)
+    assert "PFPs" in text and "MiB of at most 512 MiB" in text
     assert "mc-nlut" in text and "123" in text and "1542" in text
     assert "+27.6" in tables.claims_text(table) or "+27.7" in tables.claims_text(table)
     tables.plot({"rgbd": table}, tmp_path / "t.png", "test")
