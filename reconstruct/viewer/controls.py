@@ -1,5 +1,6 @@
 """The viewer's controls: they read and set the model, and say what happened."""
 
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -24,9 +25,14 @@ class ControlState:
     playing: bool = False
     rate: float = 8.0
     message: str = ""
+    message_until: float = 0.0
     folder: Path = field(default_factory=Path.cwd)
     figures: dict[str, float] = field(default_factory=dict)
     spent: dict[str, float] = field(default_factory=dict)
+
+    def say(self, message: str) -> None:
+        """Show a message for a few seconds."""
+        self.message, self.message_until = message, time.monotonic() + 4.0
 
 
 def heading(text: str, font: Any) -> None:
@@ -221,7 +227,7 @@ def figures(state: ControlState, font: Any) -> None:
 
 
 def saving(model: ViewerModel, state: ControlState) -> None:
-    """Save buttons and the last message."""
+    """Save buttons."""
     imgui.dummy(ImVec2(0, 2))
     half = (imgui.get_content_region_avail().x - 8) / 2
     for suffix, words in ((".png", "Save picture"), (".exr", "Save intensities")):
@@ -230,10 +236,6 @@ def saving(model: ViewerModel, state: ControlState) -> None:
         if suffix == ".png":
             tip("S")
             imgui.same_line()
-    if state.message:
-        imgui.push_text_wrap_pos(0.0)
-        imgui.text_disabled(state.message)
-        imgui.pop_text_wrap_pos()
 
 
 def save(model: ViewerModel, state: ControlState, suffix: str) -> None:
@@ -241,9 +243,9 @@ def save(model: ViewerModel, state: ControlState, suffix: str) -> None:
     path = state.folder / (model.suggested_name() + suffix)
     try:
         model.save(path)
-        state.message = f"saved {path.name}"
+        state.say(f"saved {path}")
     except OSError as error:
-        state.message = str(error)
+        state.say(str(error))
 
 
 def tip(words: str) -> None:

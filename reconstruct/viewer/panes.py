@@ -91,7 +91,8 @@ class Pane:
             self.view.fit()
         if imgui.is_item_activated():
             self._dragged = 0.0
-        if imgui.is_item_active():
+        # On a slow machine the last move and the release arrive together.
+        if imgui.is_item_active() or imgui.is_item_deactivated():
             self._dragged += abs(io.mouse_delta.x) + abs(io.mouse_delta.y)
             if self._dragged > CLICK_SLACK:
                 self.view.pan(io.mouse_delta.x, io.mouse_delta.y)

@@ -52,6 +52,6 @@ def apply(scale: float) -> Any:
     style.item_spacing = imgui.ImVec2(8, 7)
     style.frame_rounding = style.grab_rounding = style.popup_rounding = 5
     style.window_rounding = style.window_border_size = 0
-    style.grab_min_size = 14
+    style.grab_min_size = 10
     style.scale_all_sizes(scale)
     return heading

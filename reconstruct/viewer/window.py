@@ -270,19 +270,17 @@ class ViewerWindow:
         free = imgui.get_content_region_avail()
         gap = 8 * scale
         line = imgui.get_text_line_height() + gap
-        wide = (free.x - gap) * 0.66
-        tall = free.y - line
-        imgui.begin_group()
-        self._reconstruction((wide, tall), density)
-        imgui.end_group()
-        imgui.same_line(0, gap)
-        imgui.begin_group()
-        half = (tall - imgui.get_style().item_spacing.y) / 2
+        tall = free.y - line - gap
+        high = tall * 0.64
+        self._reconstruction((free.x, high), density)
+        imgui.dummy(imgui.ImVec2(0, max(gap - 2 * imgui.get_style().item_spacing.y, 0)))
+        half = (free.x - gap) / 2
         for name in ("Hologram", "Fourier plane"):
             pane = self.panes[name]
             white = self._fourier_white if name == "Fourier plane" else 1.0
-            pane.finish(pane.show((free.x - wide - gap, half), _LOOKS[name], white, density))
-        imgui.end_group()
+            pane.finish(pane.show((half, tall - high), _LOOKS[name], white, density))
+            if name == "Hologram":
+                imgui.same_line(0, gap)
         imgui.text_disabled(self._status())
         imgui.end()
 
@@ -335,10 +333,11 @@ class ViewerWindow:
         if pane.clicked is not None:
             self._aim = pane.clicked
             start = time.perf_counter()
-            model.follow = None
             found = model.autofocus(*pane.clicked)
+            if found.focused:
+                model.follow = None
             self.state.spent["autofocus"] = time.perf_counter() - start
-            self.state.message = (
+            self.state.say(
                 f"focused at {found.depth * 1e3:.2f} mm"
                 if found.focused
                 else "nothing comes into focus there"
@@ -378,6 +377,8 @@ class ViewerWindow:
     def _status(self) -> str:
         """What is under the cursor, or what hands can do."""
         model = self.model
+        if time.monotonic() < self.state.message_until:
+            return self.state.message
         for name, pane in self.panes.items():
             if pane.hover is None:
                 continue

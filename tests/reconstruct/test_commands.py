@@ -1,60 +1,14 @@
 """The commands that show and judge a stored video, on a small one."""
 
 import json
-from dataclasses import asdict
 
 import numpy as np
 import pytest
 
-from chrmc import SLM, PointCloud, compute_field
 from chrmc.cli.main import main
-from chrmc.coding import coding_for
-from chrmc.store import FORMAT, VideoWriter
-from chrmc.video.ledger import FrameRecord
-from display.encode import encode
+from chrmc.store import open_video
 from reconstruct import four_f
 from reconstruct.images import read_image
-
-P, LAMBDA = 8.1e-6, 532e-9
-SLM_ = SLM("small", 256, 256, P)
-SCALE = 60.0
-
-
-def cloud_of(number):
-    rng = np.random.default_rng(8)
-    places = rng.uniform(-1, 1, (60, 3)) * [0.2e-3, 0.2e-3, 0.2e-3]
-    places += [0.1e-3 * number, -0.2e-3, 0.06]
-    return PointCloud(places, np.ones(60), rng.uniform(0, 6.3, 60))
-
-
-@pytest.fixture(scope="module")
-def video(tmp_path_factory):
-    """Three frames: an object that moves to the right, and none in the last."""
-    folder = tmp_path_factory.mktemp("video")
-    description = {
-        "format": FORMAT,
-        "slm": asdict(SLM_),
-        "wavelength": LAMBDA,
-        "scene": {"name": "cluster", "form": "points", "pixel_pitch": 40e-6},
-        "methods": {},
-        "encoding": "ssb",
-        "scale": SCALE,
-    }
-    writer = VideoWriter(folder, description)
-    band = coding_for("ssb", SLM_).passband
-    for number in (1, 2, 3):
-        cloud = cloud_of(number) if number < 3 else PointCloud.empty()
-        record = FrameRecord(number)
-        thing = {"name": "cluster", "position": None, "depth": None}
-        if len(cloud):
-            p = cloud.positions
-            thing["position"], thing["depth"] = cloud.centroid.tolist(), cloud.centroid[2]
-            thing["box"] = [p.min(axis=0).tolist(), p.max(axis=0).tolist()]
-        record.objects = [thing]
-        field = compute_field(cloud, SLM_, LAMBDA, passband=band)
-        writer.add(record, encode(field, SLM_, scale=SCALE))
-    writer.save()
-    return folder
 
 
 def run(capsys, *arguments):
@@ -103,12 +57,8 @@ def test_reconstruct_writes_the_library_s_image(video, capsys, tmp_path):
     )
     assert code == 0 and "60.000 mm" in said
     values, note = read_image(out)
-    frame = encode(
-        compute_field(cloud_of(1), SLM_, LAMBDA, passband=coding_for("ssb", SLM_).passband),
-        SLM_,
-        scale=SCALE,
-    )
-    want = four_f(frame, SLM_, LAMBDA, 0.06, scale=SCALE)
+    stored = open_video(video)
+    want = four_f(stored.read(1), stored.slm, stored.wavelength, 0.06, scale=stored.scale)
     assert np.allclose(values, want, atol=1e-5 * want.max())
     assert note["frame"] == 1 and note["depth"] == 0.06
 

@@ -1,0 +1,221 @@
+"""The window on a real X server, with real mouse and keys."""
+
+import contextlib
+import json
+import os
+import queue
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+DRIVER = """
+import json, sys
+from chrmc.store import open_video
+from reconstruct.viewer.window import ViewerWindow
+window = ViewerWindow(open_video(sys.argv[1]))
+model, pane = window.model, window.panes["Reconstruction"]
+def tell():
+    found = model.last_focus
+    print(json.dumps({
+        "number": model.number, "depth": model.depth, "zoom": pane.view.scale,
+        "mode": model.look.mode, "playing": window.state.playing,
+        "focused": None if found is None else found.focused, "follow": model.follow,
+        "spent": window.state.spent, "origin": pane.origin,
+        "size": [pane.view.screen_width, pane.view.screen_height],
+        "centre": [pane.view.x, pane.view.y], "half_plane": model.filter.half_plane,
+        "settled": not window._unsettled}), flush=True)
+import glfw
+while not glfw.window_should_close(window._handle):
+    window.wait(); window.draw(); tell()
+error = window.context.error
+window.close()
+print(json.dumps({"error": error}), flush=True)
+"""
+
+
+def program(name, package):
+    path = shutil.which(name)
+    if path is None:
+        pytest.fail(f"{name} is missing: install the Debian package {package}")
+    return path
+
+
+@pytest.fixture(scope="module")
+def display(tmp_path_factory):
+    log = tmp_path_factory.mktemp("xvfb") / "log"
+    read, write = os.pipe()
+    command = [program("Xvfb", "xvfb"), "-screen", "0", "1600x950x24", "-nolisten", "tcp"]
+    with log.open("wb") as output:
+        server = subprocess.Popen(
+            [*command, "-displayfd", str(write)], pass_fds=[write], stdout=output, stderr=output
+        )
+    os.close(write)
+    with os.fdopen(read) as answer:
+        number = answer.readline().strip()
+    if not number:
+        pytest.fail(f"Xvfb does not start: {log.read_text()[-500:]}")
+    yield f":{number}"
+    server.terminate()
+    server.wait()
+
+
+class Driven:
+    """A running viewer, its states as it tells them, and hands."""
+
+    def __init__(self, display, folder, where):
+        kept = {k: v for k, v in os.environ.items() if k != "WAYLAND_DISPLAY"}
+        self.environment = kept | {"DISPLAY": display, "XDG_SESSION_TYPE": "x11"}
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", DRIVER, str(folder)],
+            env=self.environment, cwd=where, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            text=True,
+        )  # fmt: skip
+        self.lines = queue.SimpleQueue()
+        threading.Thread(target=self._listen, daemon=True).start()
+        self.state = {}
+
+    def _listen(self):
+        for line in self.process.stdout:
+            self.lines.put(json.loads(line))
+
+    def until(self, what, seconds=30):
+        """Read states until one fits."""
+        end = time.monotonic() + seconds
+        while True:
+            if self.state and what(self.state):
+                return self.state
+            try:
+                self.state = self.lines.get(timeout=0.2)
+            except queue.Empty:
+                if time.monotonic() > end or self.process.poll() is not None:
+                    tail = ""
+                    if self.process.poll() is not None:
+                        tail = self.process.stderr.read()[-800:]
+                    pytest.fail(f"never: last state {self.state} {tail}")
+
+    def hands(self, *arguments):
+        subprocess.run(
+            [program("xdotool", "xdotool"), *[str(a) for a in arguments]],
+            env=self.environment, check=True, timeout=30,
+        )  # fmt: skip
+
+    def key(self, name):
+        self.hands("key", name)
+
+    def at(self, row, column):
+        """Screen place of a pixel of the reconstruction."""
+        s = self.state
+        x = (column + 0.5 - s["centre"][0]) * s["zoom"] + s["size"][0] / 2 + s["origin"][0]
+        y = (row + 0.5 - s["centre"][1]) * s["zoom"] + s["size"][1] / 2 + s["origin"][1]
+        return round(x), round(y)
+
+    def screenshot(self):
+        shot = subprocess.run(
+            [program("import", "imagemagick"), "-window", "root", "-depth", "8", "rgb:-"],
+            env=self.environment, capture_output=True, check=True, timeout=30,
+        )  # fmt: skip
+        return np.frombuffer(shot.stdout, dtype=np.uint8).reshape(950, 1600, 3)
+
+
+@pytest.fixture
+def viewer(display, video, tmp_path):
+    pytest.importorskip("imgui_bundle", reason="chrmc[viewer] is optional")
+    driven = Driven(display, video, tmp_path)
+    driven.until(lambda s: s["settled"] and "full picture" in s["spent"], 60)
+    yield driven
+    with contextlib.suppress(Exception):
+        driven.process.kill()
+    driven.process.wait()
+
+
+def test_hands_and_keys(viewer, video, tmp_path):
+    manifest = json.loads(Path(video, "manifest.json").read_text())
+    x, y, z = manifest["frames"][0]["objects"][0]["position"]
+    place = (round(y / 8.1e-6 + 127.5), round(x / 8.1e-6 + 127.5))
+
+    # The picture is there: bright where the object is, dark beside it.
+    sx, sy = viewer.at(*place)
+    shot = viewer.screenshot().astype(float)
+    there = shot[sy - 30 : sy + 30, sx - 30 : sx + 30].mean()
+    elsewhere = shot[sy - 30 : sy + 30, sx + 160 : sx + 220].mean()
+    assert there > elsewhere + 20
+
+    # Slider: drag away from the focus; the coarse picture comes while dragging.
+    viewer.hands("mousemove", 100, 166, "mousedown", 1)
+    viewer.hands("mousemove", 180, 166)
+    moved = viewer.until(lambda s: abs(s["depth"] - z) > 1e-3)
+    viewer.hands("mousemove", 250, 166)
+    viewer.until(lambda s: abs(s["depth"] - moved["depth"]) > 1e-3)
+    viewer.hands("mouseup", 1)
+    assert "coarse picture" in viewer.state["spent"]
+    viewer.until(lambda s: s["settled"])
+
+    # A click on the object focuses on it.
+    viewer.hands("mousemove", *viewer.at(*place), "sleep", "0.1", "click", 1)
+    viewer.until(lambda s: s["focused"] and abs(s["depth"] - z) < 3e-4)
+
+    # Wheel: zoom, what is under the cursor stays there.
+    before = viewer.state["zoom"]
+    sx, sy = viewer.at(*place)
+    viewer.hands("mousemove", sx, sy, "click", 4, "sleep", "0.1", "click", 4)
+    viewer.until(lambda s: s["zoom"] > 1.4 * before)
+    again = viewer.at(*place)
+    assert abs(again[0] - sx) <= 2 and abs(again[1] - sy) <= 2
+
+    # Drag: the picture moves with the hand, and nothing is focused anew.
+    depth, centre = viewer.state["depth"], viewer.state["centre"]
+    viewer.hands("mousemove", sx, sy, "mousedown", 1)
+    for step in (10, 25, 40):
+        viewer.hands("mousemove", sx + step, sy)
+    viewer.hands("mouseup", 1)
+    viewer.until(lambda s: abs((centre[0] - s["centre"][0]) * s["zoom"] - 40) < 2)
+    assert viewer.state["depth"] == depth
+    viewer.key("f")
+    viewer.until(lambda s: s["zoom"] == pytest.approx(before))
+
+    # Keys: frames, depth, modes, play, save.
+    viewer.key("Right")
+    viewer.until(lambda s: s["number"] == 2)
+    viewer.key("Left")
+    viewer.until(lambda s: s["number"] == 1)
+    viewer.key("Up")
+    viewer.until(lambda s: s["depth"] == pytest.approx(depth + 1e-4))
+    viewer.key("3")
+    viewer.until(lambda s: s["mode"] == "phase")
+    shot = viewer.screenshot().astype(int)
+    sx, sy = viewer.at(*place)
+    part = shot[sy - 30 : sy + 30, sx - 30 : sx + 30]
+    assert np.abs(part[..., 0] - part[..., 1]).mean() > 10  # colours
+    viewer.key("1")
+    viewer.key("space")
+    viewer.until(lambda s: s["playing"])
+    viewer.until(lambda s: s["number"] == 3)
+    viewer.key("space")
+    viewer.until(lambda s: not s["playing"])
+    viewer.key("s")
+    end = time.monotonic() + 20
+    while not list(tmp_path.glob("frame_*.png")):
+        assert time.monotonic() < end, "no picture saved"
+        time.sleep(0.1)
+
+    viewer.key("q")
+    last = viewer.until(lambda s: "error" in s)
+    assert last["error"] == "GL_NO_ERROR"
+    assert viewer.process.wait(20) == 0
+
+
+def test_no_display_is_one_line(video):
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    code = "from chrmc.cli.main import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "view", str(video)],
+        env=environment, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1 and "display" in done.stderr
