@@ -54,12 +54,17 @@ class LowRank:
 
     factors : one for each cluster
     clouds : their points
-    error_predicted : expected relative L2 error of the field
+    budget : expected power of the field's error, and of the field
     """
 
     factors: list[Factor]
     clouds: list[PointCloud]
-    error_predicted: float
+    budget: Budget
+
+    @property
+    def error_predicted(self) -> float:
+        """Expected relative L2 error of the field."""
+        return self.budget.relative
 
 
 def low_rank(
@@ -90,7 +95,7 @@ def low_rank(
         few = min(min(factor.real.shape) for factor in made) < 12
         limit = min(0.8, 0.3 + ROUNDING / tolerance) if few else 0.8
         if budget.relative <= limit * tolerance:
-            return LowRank(made, parts, budget.relative)
+            return LowRank(made, parts, budget)
         aim *= max(0.7 * limit * tolerance / budget.relative, 1e-3)
     raise ValueError(
         f"the curved method cannot promise a tolerance of {tolerance:g} here: it expects an error "
@@ -100,11 +105,15 @@ def low_rank(
 
 
 def field_of(
-    parts: list[Factor], slm: SLM, wavelength: float, window: Window
+    parts: list[Factor],
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    base: NDArray[np.complex64] | None = None,
 ) -> NDArray[np.complex64]:
-    """(H, W) complex64 field from factors."""
+    """(H, W) complex64 field from factors, on top of a copy of `base`."""
     x, y = slm.x(window.columns), slm.y(window.rows)
-    out = np.zeros(window.shape, dtype=np.complex64)
+    out = np.zeros(window.shape, dtype=np.complex64) if base is None else base.copy()
     for number, part in enumerate(parts):
         its = part.reference
         add_field(
@@ -112,17 +121,22 @@ def field_of(
             part,
             phasor(reference_cycles(x, its.x, its.z, wavelength)),
             phasor(reference_cycles(y, its.y, its.z, wavelength)),
-            add=number > 0,
+            add=number > 0 or base is not None,
         )
     return out
 
 
 def signal_of(
-    parts: list[Factor], slm: SLM, wavelength: float, window: Window, carrier: float
+    parts: list[Factor],
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    carrier: float,
+    base: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
-    """(H, W) float32 Re(field·exp(+2πi·carrier·y)) from factors, without a complex field."""
+    """(H, W) float32 Re(field·exp(+2πi·carrier·y)) from factors, on top of a copy of `base`."""
     x, y = slm.x(window.columns), slm.y(window.rows)
-    out = np.zeros(window.shape, dtype=np.float32)
+    out = np.zeros(window.shape, dtype=np.float32) if base is None else base.copy()
     for number, part in enumerate(parts):
         its = part.reference
         add_signal(
@@ -130,7 +144,7 @@ def signal_of(
             part,
             phasor(reference_cycles(x, its.x, its.z, wavelength)),
             phasor(reference_cycles(y, its.y, its.z, wavelength) + carrier * y),
-            add=number > 0,
+            add=number > 0 or base is not None,
         )
     return out
 

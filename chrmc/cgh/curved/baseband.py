@@ -18,6 +18,7 @@ from chrmc.cgh.curved.tables import (
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
+Reals = NDArray[np.floating]
 
 PANEL_X, PANEL_Y = 40.0, 18.0
 """κ of a panel: short ones make the second product small, long ones the baseband."""
@@ -68,13 +69,31 @@ def make_factor(
     if not axis_x.panels or not axis_y.panels:
         empty = np.zeros((len(axis_y.nodes), len(axis_x.nodes)), dtype=np.float32)
         return Factor(axis_x, axis_y, reference, empty, empty), 0.0
+    real, imag, series = sum_points(cloud, axis_x, axis_y, reference, plane, tolerance, leaf)
+    single = real.astype(np.float32, copy=False), imag.astype(np.float32, copy=False)
+    return Factor(axis_x, axis_y, reference, *single), series
+
+
+def sum_points(
+    cloud: PointCloud,
+    axis_x: Axis,
+    axis_y: Axis,
+    reference: Reference,
+    plane: Plane,
+    tolerance: float,
+    leaf: bool = False,
+) -> tuple[Reals, Reals, Series | float]:
+    """Real and imaginary baseband (n_y, n_x) of a cloud at given nodes, and the series in use.
+
+    leaf : sum all points at once, not by sub-clusters
+    """
+    box = clusters.bounding_box(cloud.positions)
     nodes = len(axis_x.nodes), len(axis_y.nodes)
     grid = (1, 1) if leaf else clusters.leaf_grid(box, len(cloud), nodes, plane)
     if grid != (1, 1):
-        real, imag, dropped = _from_leaves(
+        return _from_leaves(
             clusters.leaves(cloud, box, grid), axis_x, axis_y, reference, plane, tolerance
         )
-        return Factor(axis_x, axis_y, reference, real, imag), dropped
     series = make_series(
         (float(axis_x.nodes[0]), float(axis_x.nodes[-1])),
         (float(axis_y.nodes[0]), float(axis_y.nodes[-1])),
@@ -84,13 +103,14 @@ def make_factor(
     )
     if series is None or len(series.orders) > 60:
         real, imag = exact_baseband(cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach)
-        return Factor(axis_x, axis_y, reference, real, imag), 0.0
+        return real, imag, 0.0
     precision = np.float32 if tolerance >= _SINGLE else np.float64
-    real, imag = separable_baseband(
-        cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach, series, precision
+    return (
+        *separable_baseband(
+            cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach, series, precision
+        ),
+        series,
     )
-    single = real.astype(np.float32, copy=False), imag.astype(np.float32, copy=False)
-    return Factor(axis_x, axis_y, reference, *single), series
 
 
 def _from_leaves(
@@ -100,7 +120,7 @@ def _from_leaves(
     reference: Reference,
     plane: Plane,
     tolerance: float,
-) -> tuple[NDArray[np.float32], NDArray[np.float32], float]:
+) -> tuple[Reals, Reals, float]:
     """Baseband at a cluster's nodes, summed over sub-clusters' own few nodes."""
     x, y = axis_x.nodes, axis_y.nodes
     total = np.zeros((len(y), len(x)), dtype=np.complex64)

@@ -114,6 +114,21 @@ class Axis:
         return max((p.node_count for p in self.panels), default=0)
 
 
+def part_of(axis: Axis, tapered: bool) -> tuple[Axis, NDArray[np.intp]]:
+    """The panels in which a footprint ends, or the others, and their nodes' places in `axis`."""
+    panels: list[Panel] = []
+    places: list[NDArray[np.intp]] = [np.zeros(0, dtype=np.intp)]
+    count = 0
+    for panel in axis.panels:
+        if panel.tapered == tapered:
+            nodes = slice(count, count + panel.node_count)
+            panels.append(Panel(panel.targets, nodes, panel.matrix, tapered))
+            places.append(np.arange(panel.nodes.start, panel.nodes.stop))
+            count = nodes.stop
+    place = np.concatenate(places)
+    return Axis(axis.nodes[place], tuple(panels)), place
+
+
 @dataclass(frozen=True)
 class Extent:
     """A cluster along one axis: lateral and depth range, reference centre, farthest offset across.

@@ -1,0 +1,237 @@
+"""A key group: frames of one object that share its baseband on the sphere."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh.curved.assembly import Factor
+from chrmc.cgh.curved.baseband import cluster_axes, sum_points
+from chrmc.cgh.curved.clusters import Plane
+from chrmc.cgh.curved.nodes import Axis, part_of
+from chrmc.cgh.curved.predict import Budget, budget_of
+from chrmc.cgh.curved.tables import Reference, Series, residual
+from chrmc.footprint import SOFT_SHARE
+from chrmc.scene.points import PointCloud
+from chrmc.scene.scene import ObjectFrame, Pose
+from chrmc.video.ch_rmc.object_sphere import Sphere, View, coordinates, grid_shape
+from chrmc.video.ledger import FrameRecord
+
+Floats = NDArray[np.float64]
+
+MOST_VALUES = 60_000_000
+"""Complex numbers that a baseband on the sphere may hold: 480 MB."""
+_TILT, _AZIMUTH, _ELEVATION = 1.0, 1.2, 1.0  # where the grid of directions ends
+_FOLD = 0.5  # changed points, in shares of the key frame's, from which the grid takes them in
+
+
+class Group:
+    """One object's baseband on the sphere, made once and looked up for every frame it covers.
+
+    The sphere holds a set of the body's points. Points that appeared or vanished since are added
+    to or taken from the baseband at the frame's nodes; when they are many, from the sphere itself.
+    Where a footprint's soft edge crosses the hologram the weight of a point changes with its
+    place, which no rotation carries along: those strips are summed from the points.
+    """
+
+    def __init__(
+        self,
+        thing: ObjectFrame,
+        ahead: Sequence[Pose],
+        targets: tuple[Floats, Floats],
+        pitch: float,
+        plane: Plane,
+        tolerance: float,
+    ) -> None:
+        assert thing.body is not None and thing.ids is not None and thing.pose is not None
+        self._body = thing.body
+        self._targets, self._pitch, self._plane = targets, pitch, plane
+        self._tolerance = tolerance
+        positions = self._body.positions
+        self._middle = (positions.min(axis=0) + positions.max(axis=0)) / 2
+        own = positions - self._middle
+        self._axes = thing.pose.rotation
+        self._size = float(np.linalg.norm(own, axis=1).max())
+        poses = self._within_reach([thing.pose, *ahead])
+        self._axes = _mean_rotation([pose.rotation for pose in poses])
+        views = [self._view(pose) for pose in poses]
+        view = views[0]
+        for other in views[1:]:
+            view = view.union(other)
+        own = own @ self._axes.T
+        radius = float(np.hypot(own[:, 0], own[:, 2]).max()), float(np.abs(own[:, 1]).max())
+        self._own = PointCloud(own, self._body.amplitude, self._body.phase)
+        self._sphere = Sphere.empty(radius, view, plane.wavelength, tolerance)
+        self._held = np.zeros(len(own), dtype=bool)
+
+    @property
+    def size(self) -> int:
+        """Complex numbers on the sphere."""
+        return self._sphere.values.size
+
+    def fill(self, thing: ObjectFrame) -> None:
+        """Sum the key frame's visible points onto the sphere."""
+        assert thing.ids is not None
+        self._held[thing.ids] = True
+        self._sphere.add(self._own.select(thing.ids))
+
+    def covers(self, thing: ObjectFrame) -> bool:
+        """A frame's directions and ranges are on the sphere."""
+        return thing.body is self._body and (
+            thing.pose is not None and self._sphere.view.covers(self._view(thing.pose))
+        )
+
+    def changes(self, thing: ObjectFrame) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Ids that appeared and that vanished, against what the sphere holds."""
+        assert thing.ids is not None
+        now = np.zeros(len(self._held), dtype=bool)
+        now[thing.ids] = True
+        return np.flatnonzero(now & ~self._held), np.flatnonzero(self._held & ~now)
+
+    def factor(self, thing: ObjectFrame, record: FrameRecord) -> tuple[Factor, Budget]:
+        """The frame's low-rank factor and its expected error."""
+        pose = thing.pose
+        assert pose is not None and thing.ids is not None
+        with record.stage("PE"):
+            appeared, vanished = self.changes(thing)
+        with record.stage("EC"):
+            if len(appeared) + len(vanished) > _FOLD * max(int(self._held.sum()), 1):
+                self._sphere.add(self._signed(appeared, vanished, self._own))
+                self._held[appeared], self._held[vanished] = True, False
+                appeared = vanished = np.zeros(0, dtype=np.intp)
+        with record.stage("PA"):
+            centre = pose.apply(self._middle[None])[0]
+            reference = Reference(*(float(v) for v in centre))
+            axis_x, axis_y = cluster_axes(
+                thing.cloud, reference, self._targets, self._pitch, self._plane, self._tolerance
+            )
+            smooth_x, at_x = part_of(axis_x, False)
+            smooth_y, at_y = part_of(axis_y, False)
+            soft_x, at_soft_x = part_of(axis_x, True)
+            soft_y, at_soft_y = part_of(axis_y, True)
+            baseband = np.zeros((len(axis_y.nodes), len(axis_x.nodes)), dtype=np.complex64)
+        if len(at_x) and len(at_y):
+            x, y = smooth_x.nodes, smooth_y.nodes
+            with record.stage("RMC"):
+                m = self._sphere.look_up(self._axes @ pose.rotation.T, centre, x, y)
+                wave = residual(
+                    x - centre[0], y[:, None] - centre[1], centre[2:], self._plane.wavelength
+                )
+                start = centre[2] / self._plane.wavelength
+                wave *= np.exp(2j * np.pi * (start - np.rint(start))) / centre[2]
+                m *= wave
+            if len(appeared) + len(vanished):
+                with record.stage("EC"):
+                    changed = self._signed(appeared, vanished, self._body)
+                    changed = PointCloud(
+                        pose.apply(changed.positions), changed.amplitude, changed.phase
+                    )
+                    real, imag, _ = self._sum(changed, smooth_x, smooth_y, reference)
+                    m.real += real
+                    m.imag += imag
+            baseband[np.ix_(at_y, at_x)] = m
+        series: Series | float = 0.0
+        with record.stage("HC"):
+            for axis, other, place in (
+                (soft_x, axis_y, (np.arange(len(axis_y.nodes)), at_soft_x)),
+                (smooth_x, soft_y, (at_soft_y, at_x)),
+            ):
+                if len(axis.nodes) and len(other.nodes):
+                    real, imag, series = self._sum(thing.cloud, axis, other, reference)
+                    baseband[np.ix_(*place)] = real + 1j * imag
+        factor = Factor(
+            axis_x, axis_y, reference, np.ascontiguousarray(baseband.real),
+            np.ascontiguousarray(baseband.imag),
+        )  # fmt: skip
+        with record.stage("PA"):
+            budget = budget_of(
+                factor,
+                thing.cloud,
+                self._targets,
+                self._plane.wavelength,
+                self._plane.reach,
+                series,
+            )
+            carried = self._sphere.expected_error(self._own.select(thing.ids))
+            budget = Budget(budget.error + carried**2 * budget.light, budget.light)
+        changed_points = len(appeared) + len(vanished)
+        record.points_computed += changed_points
+        record.points_added += len(appeared)
+        record.points_removed += len(vanished)
+        width, height = self._plane.x[2], self._plane.y[2]
+        soft = _pixels(axis_x) * _pixels(axis_y) - _pixels(smooth_x) * _pixels(smooth_y)
+        record.point_pixels += changed_points * width * height + len(thing.cloud) * soft
+        record.blank_share = max(record.blank_share, soft / (width * height))
+        return factor, budget
+
+    def _sum(
+        self, cloud: PointCloud, axis_x: Axis, axis_y: Axis, reference: Reference
+    ) -> tuple[NDArray[np.floating], NDArray[np.floating], Series | float]:
+        return sum_points(cloud, axis_x, axis_y, reference, self._plane, self._tolerance)
+
+    def _signed(
+        self, appeared: NDArray[np.intp], vanished: NDArray[np.intp], points: PointCloud
+    ) -> PointCloud:
+        gone = points.select(vanished)
+        return PointCloud.concatenate(
+            [points.select(appeared), PointCloud(gone.positions, -gone.amplitude, gone.phase)]
+        )
+
+    def _view(self, pose: Pose) -> View:
+        """Directions and ranges in which the hologram is seen in one frame."""
+        centre = pose.apply(self._middle[None])[0]
+        turn = self._axes @ pose.rotation.T
+        sides = []
+        for axis, (low, high, _) in enumerate((self._plane.x, self._plane.y)):
+            far = (1 - SOFT_SHARE) * (centre[2] + self._size) * self._plane.reach[axis]
+            far += self._size
+            a, b = max(low, centre[axis] - far), min(high, centre[axis] + far)
+            sides.append(np.linspace(min(a, b), max(a, b), 7) - centre[axis])
+        x, y = np.meshgrid(*sides)
+        q = np.einsum("ij,jyx->iyx", turn, np.stack([x, y, np.full_like(x, -centre[2])]))
+        u, v, rho = coordinates(q)
+        along = turn[:, 1]
+        tilt = abs(along[0]) / max(abs(along[1]), 1e-9) if along[1] > 0 else np.inf
+        u_range, v_range, s_range = (_range(values) for values in (u, v, 1 / rho))
+        return View(u_range, v_range, s_range, float(tilt) * 1.02 + (1e-6 if tilt else 0.0))
+
+    def _within_reach(self, poses: list[Pose]) -> list[Pose]:
+        """As many poses, from the first, as one grid of directions may cover."""
+        kept: list[Pose] = []
+        view: View | None = None
+        for pose in poses:
+            one = self._view(pose)
+            both = one if view is None else view.union(one)
+            fits = (
+                both.tilt < _TILT
+                and max(map(abs, both.u)) < _AZIMUTH
+                and max(map(abs, both.v)) < _ELEVATION
+            )
+            if fits:
+                radius = self._size, self._size
+                fits = self._values(radius, both) <= MOST_VALUES
+            if kept and not fits:
+                break
+            kept.append(pose)
+            view = both
+        return kept
+
+    def _values(self, radius: tuple[float, float], view: View) -> float:
+        return float(np.prod(grid_shape(radius, view, self._plane.wavelength, self._tolerance)))
+
+
+def _range(values: Floats) -> tuple[float, float]:
+    """Lowest and highest, with room for what lies between the samples."""
+    slack = 0.02 * float(np.ptp(values))
+    return float(values.min()) - slack, float(values.max()) + slack
+
+
+def _mean_rotation(rotations: list[Floats]) -> Floats:
+    """The rotation nearest to the mean of some (polar decomposition)."""
+    left, _, right = np.linalg.svd(np.mean(rotations, axis=0))
+    left[:, -1] *= np.sign(np.linalg.det(left @ right))
+    return left @ right
+
+
+def _pixels(axis: Axis) -> int:
+    return sum(panel.target_count for panel in axis.panels)
