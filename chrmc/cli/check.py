@@ -36,8 +36,10 @@ def chosen_frames(asked: list[tuple[int, int]] | None, video: Any) -> list[int]:
     if not video.numbers:
         raise ValueError(f"{video.folder} has no frames yet: run `chrmc generate` first")
     if asked is None:
-        found = [n for n in PAPER_FRAMES if n in video.numbers]
-        return found or sorted({video.numbers[0], video.numbers[-1]})
+        if set(PAPER_FRAMES) <= set(video.numbers):
+            return list(PAPER_FRAMES)
+        last = len(video.numbers) - 1
+        return sorted({video.numbers[round(last * share / 3)] for share in range(4)})
     numbers = [n for first, last in asked for n in range(first, last + 1)] or list(video.numbers)
     for n in numbers:
         video.entry(n)
@@ -50,7 +52,7 @@ def chosen_frames(asked: list[tuple[int, int]] | None, video: Any) -> list[int]:
     "--frames",
     type=FrameList(),
     default=None,
-    help="Such as 1,21,51:60, or all. [1,21,51,80 where there, else the first and the last]",
+    help="Such as 1,21,51:60, or all. [1,21,51,80 where all are there, else four spread evenly]",
 )
 @click.option(
     "--depth-tolerance",

@@ -104,7 +104,8 @@ def generate(
 
     scene, slm = recipe.scene, recipe.slm
     numbers = frame_range(scene, frames)
-    scale = video_scale(scene, slm, recipe.wavelength, recipe.coding)
+    # A video without any light is legal, and any scale shows it.
+    scale = video_scale(scene, slm, recipe.wavelength, recipe.coding) or 1.0
     writer = VideoWriter(folder, describe(recipe, scale), suffix)
     missing = [n for n in numbers if n not in writer.entries]
     if not missing:

@@ -14,6 +14,7 @@ from typing import Any
 
 from chrmc.cgh import Method, with_cache
 from chrmc.coding import Coding, coding_for
+from chrmc.options import check_options
 from chrmc.scene.scene import Scene, frame_range
 from chrmc.slm import SLM, WAVELENGTH
 from chrmc.video.frame import VideoFrame
@@ -70,5 +71,6 @@ def video(
     if not isinstance(coding, Coding):
         coding = coding_for("real" if coding is None else coding, slm)
     method = compensation_named(compensation)
+    check_options(f"compensation {compensation}", method, options)
     options = with_cache(cgh, options)
     return method(scene, slm, wavelength, cgh, numbers, coding, **options)

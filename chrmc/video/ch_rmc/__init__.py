@@ -10,6 +10,7 @@ from typing import Any
 
 from chrmc.cgh import Method
 from chrmc.coding import Coding
+from chrmc.options import check_options
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
 from chrmc.video.frame import VideoFrame
@@ -32,6 +33,7 @@ def frames(
     if surface not in SURFACES:
         raise ValueError(f"unknown surface {surface!r}: choose one of {', '.join(SURFACES)}")
     module = import_module(f"{__name__}.{surface}")
+    check_options(f"ch-rmc on the {surface} surface", module.frames, options)
     made: Iterator[VideoFrame] = module.frames(
         scene, slm, wavelength, cgh, numbers, coding, **options
     )
