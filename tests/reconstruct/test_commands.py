@@ -29,7 +29,7 @@ def test_check_as_json_with_a_plot(video, capsys, tmp_path):
     code, out, _ = run(capsys, "check", video, "--json", "--plot", plot)
     content = json.loads(out)
     assert code == 0 and content["passed"] and plot.exists()
-    assert [f["number"] for f in content["frames"]] == [1]
+    assert [f["number"] for f in content["frames"]] == [1, 2, 3]
     found = content["frames"][0]["objects"][0]
     assert abs(found["depth_error"]) < 2e-4 and found["psnr"] is None
 
