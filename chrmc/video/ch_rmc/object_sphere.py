@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.nodes import chebyshev, interpolation, node_count
-from chrmc.cgh.curved.tables import Kernel, fold, make_series, products, weigh
+from chrmc.cgh.curved.tables import Kernel, Series, fold, make_series, products, weigh
 from chrmc.scene.points import PointCloud
 from chrmc.video.ch_rmc.object_taps import rms_error, step_for, taps_for, weights
 
@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 Axes = Callable[[Floats, Floats, Floats], tuple[Floats, Floats]]
 """(u, v, positions) → cycles along u and along v, (N, n_u) and (N, n_v)."""
 
-_PANEL_KAPPA = 40.0
+_PANEL_KAPPA = 80.0
 _SHARE = 0.2
 """Of the tolerance: for each of azimuth, elevation, range and the sums behind the grid."""
 
@@ -111,15 +111,23 @@ class Sphere:
         reach = float(np.hypot(points.positions[:, 0], points.positions[:, 2]).max())
         kappa = pi * reach / self.wavelength * n_u * self.du
         cuts = np.linspace(0, n_u, max(1, round(kappa / _PANEL_KAPPA)) + 1).round().astype(int)
-        for number, s in enumerate(self.layers):
-            for first, last in pairwise(cuts):
-                if last > first:
-                    self.values[first:last, :, number] += self._panel(points, 1 / s, first, last)
+        # What the separable tables leave depends on ρ as 1/ρ of a small part of it.
+        alike = float(np.ptp(self.layers)) <= 0.03 * float(self.layers.mean())
+        for first, last in pairwise(cuts):
+            series: Series | None = None
+            for number, s in enumerate(self.layers):
+                values, series = self._panel(
+                    points, float(1 / s), first, last, series if alike else None
+                )
+                self.values[first:last, :, number] += values
 
     def _panel(
-        self, points: PointCloud, rho: float, first: int, last: int
-    ) -> NDArray[np.complex64]:
-        """(last − first, n_v) waves at grid azimuths first … last − 1 on one layer."""
+        self, points: PointCloud, rho: float, first: int, last: int, series: Series | None
+    ) -> tuple[NDArray[np.complex64], Series]:
+        """(last − first, n_v) waves at grid azimuths first … last − 1 on one layer.
+
+        series : one made before for the same panel, if it will do
+        """
         n_v = self.values.shape[1]
         u_range = self.u0 + first * self.du, self.u0 + (last - 1) * self.du
         v_range = self.v0, self.v0 + (n_v - 1) * self.dv
@@ -129,9 +137,10 @@ class Sphere:
         v, to_v = _nodes(*v_range, n_v, _bandwidth(points, 1, v_range, self), share)
         kernel, axes = panel_kernel(rho, float(u.mean()), float(v.mean()), self.wavelength)
         box = np.stack([points.positions.min(axis=0), points.positions.max(axis=0)], axis=1)
-        series = make_series(
-            (float(u[0]), float(u[-1])), (float(v[0]), float(v[-1])), box, kernel, share
-        )
+        if series is None:
+            series = make_series(
+                (float(u[0]), float(u[-1])), (float(v[0]), float(v[-1])), box, kernel, share
+            )
         if series is None:
             raise ValueError(
                 f"object of {1e3 * float(np.ptp(box, axis=1).max()):.3g} mm is too large for a "
@@ -148,7 +157,7 @@ class Sphere:
             real, imag = weigh(series.on_grid(u, v, precision), sums)
             total += real + 1j * imag
         even = to_u @ (to_v @ total).T
-        return np.asarray(even, dtype=np.complex64)
+        return even.astype(np.complex64), series
 
     def look_up(self, turn: Floats, centre: Floats, x: Floats, y: Floats) -> NDArray[np.complex64]:
         """(len(y), len(x)) m at places (x, y, 0) of the hologram.
