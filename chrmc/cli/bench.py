@@ -8,8 +8,10 @@ from chrmc.cli.lazy import LazyGroup
 SUBCOMMANDS: dict[str, tuple[str, str]] = {
     "table1": ("chrmc.cli.bench_table1", "Every CGH method with and without CH-RMC: Table 1."),
     "table2": ("chrmc.cli.bench_table2", "The NLUT videos and CH-RMC: Table 2 of the paper."),
+    "rmc": ("chrmc.cli.bench_rmc", "Error and PSNR of the published CH-RMC along a video."),
     "paper": ("chrmc.cli.bench_paper", "The paper's numbers recomputed: consistent or not."),
     "encodings": ("chrmc.cli.bench_encodings", "Efficiency and error of every encoding."),
+    "propagation": ("chrmc.cli.bench_propagation", "Propagation against independent ones."),
 }
 
 

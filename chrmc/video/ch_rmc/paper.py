@@ -30,6 +30,7 @@ from chrmc.video.ch_rmc.carry import Step, carried_window, carry, moved
 from chrmc.video.ch_rmc.conversion import RADIUS, check_radius
 from chrmc.video.ch_rmc.cylinder import Cylinder
 from chrmc.video.ch_rmc.error_correction import SNR_THRESHOLD, Rule, match, rule_named, snr
+from chrmc.video.ch_rmc.image_measures import image_measures
 from chrmc.video.ch_rmc.plan import plan
 from chrmc.video.frame import VideoFrame
 from chrmc.video.ledger import FrameRecord
@@ -178,7 +179,7 @@ def frames(
     rekey_error: float | None = None,
     rekey_image: float | None = None,
     measure_reuse: bool = False,
-    measure: Measure | None = None,
+    measure: Measure | bool | None = None,
     **options: Any,
 ) -> Iterator[VideoFrame]:
     """Frames of the published method.
@@ -189,9 +190,10 @@ def frames(
     rekey_every : a key frame after so many frames
     rekey_error : a key frame where the field error against recomputation with the same CGH method
         would pass this
-    rekey_image : a key frame where an object's PSNR in dB, from `measure`, would fall below this
+    rekey_image : a key frame where an object's PSNR in dB would fall below this
     measure_reuse : record `error_reuse` of each frame (a full recomputation, not booked)
-    measure : image measures per object, recorded in `record.image`; see `Measure`
+    measure : image measures per object, recorded in `record.image`: True for those of
+        `image_measures`, or a function, see `Measure`
     options : for the CGH method
 
     Where identity is unknown (RGB-D) a carried point and its freshly quantised twin have
@@ -199,29 +201,24 @@ def frames(
     """
     rule = rule_named(matching)
     check_radius(radius, slm, wavelength)
-    _check_limits(rekey_every, rekey_error, rekey_image, measure)
+    _check_limits(rekey_every, rekey_error)
+    if measure is True or (rekey_image is not None and not measure):
+        measure = image_measures(slm, wavelength)
     planes = getattr(scene, "planes", None)
     work = _Work(
         slm, wavelength, cgh, coding, options, radius, rule, snr_threshold,
         scene.pixel_pitch, planes.step if planes else PLANE_SPACING,
     )  # fmt: skip
     return _frames(
-        scene, work, numbers, rekey_every, rekey_error, rekey_image, measure_reuse, measure
+        scene, work, numbers, rekey_every, rekey_error, rekey_image, measure_reuse, measure or None
     )
 
 
-def _check_limits(
-    rekey_every: int | None,
-    rekey_error: float | None,
-    rekey_image: float | None,
-    measure: Measure | None,
-) -> None:
+def _check_limits(rekey_every: int | None, rekey_error: float | None) -> None:
     if rekey_every is not None and rekey_every < 1:
         raise ValueError(f"rekey_every counts frames from 1, not {rekey_every}")
     if rekey_error is not None and not rekey_error > 0:
         raise ValueError(f"rekey_error is a relative error above 0, not {rekey_error}")
-    if rekey_image is not None and measure is None:
-        raise ValueError("rekey_image needs measure=, a function that judges images")
 
 
 def _frames(

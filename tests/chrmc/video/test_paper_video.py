@@ -256,7 +256,6 @@ def test_refusals(long_arc: PointScene) -> None:
     for options, message in (
         ({"rekey_every": 0}, "rekey_every"),
         ({"rekey_error": 0.0}, "rekey_error"),
-        ({"rekey_image": 30.0}, "needs measure="),
         ({"matching": "loose"}, "unknown matching rule"),
         ({"radius": 1e-3}, "cannot span"),
     ):
