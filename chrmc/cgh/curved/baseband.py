@@ -82,10 +82,12 @@ def sum_points(
     plane: Plane,
     tolerance: float,
     leaf: bool = False,
+    series: Series | None = None,
 ) -> tuple[Reals, Reals, Series | float]:
     """Real and imaginary baseband (n_y, n_x) of a cloud at given nodes, and the series in use.
 
     leaf : sum all points at once, not by sub-clusters
+    series : one made for these points and nodes, if there is
     """
     box = clusters.bounding_box(cloud.positions)
     nodes = len(axis_x.nodes), len(axis_y.nodes)
@@ -94,13 +96,8 @@ def sum_points(
         return _from_leaves(
             clusters.leaves(cloud, box, grid), axis_x, axis_y, reference, plane, tolerance
         )
-    series = make_series(
-        (float(axis_x.nodes[0]), float(axis_x.nodes[-1])),
-        (float(axis_y.nodes[0]), float(axis_y.nodes[-1])),
-        box,
-        plane_kernel(plane.wavelength),
-        tolerance * _SERIES_SHARE,
-    )
+    if series is None:
+        series = series_for(cloud, axis_x, axis_y, plane, tolerance)
     if series is None or len(series.orders) > 60:
         real, imag = exact_baseband(cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach)
         return real, imag, 0.0
@@ -110,6 +107,19 @@ def sum_points(
             cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach, series, precision
         ),
         series,
+    )
+
+
+def series_for(
+    cloud: PointCloud, axis_x: Axis, axis_y: Axis, plane: Plane, tolerance: float
+) -> Series | None:
+    """The series of the non-separable rest for a cloud's points and some nodes."""
+    return make_series(
+        (float(axis_x.nodes[0]), float(axis_x.nodes[-1])),
+        (float(axis_y.nodes[0]), float(axis_y.nodes[-1])),
+        clusters.bounding_box(cloud.positions),
+        plane_kernel(plane.wavelength),
+        tolerance * _SERIES_SHARE,
     )
 
 

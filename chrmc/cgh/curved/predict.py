@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.assembly import Factor
 from chrmc.cgh.curved.nodes import Axis, chebyshev
-from chrmc.cgh.curved.tables import Series, axis_cycles, residual
+from chrmc.cgh.curved.tables import Series, axis_cycles, phasors, residual
 from chrmc.footprint import taper
 from chrmc.scene.points import PointCloud
 
@@ -62,7 +62,7 @@ def axis_powers(
 
     def wave(t: Floats) -> NDArray[np.complex128]:
         cycles = axis_cycles(t, x, z, centre, z_centre, wavelength)
-        out = np.exp(2j * pi * (cycles - np.rint(cycles)))
+        out = phasors(2 * pi * (cycles - np.rint(cycles)))
         out *= residual(t - x[:, None], across[:, None], z[:, None], wavelength)
         if np.isfinite(reach):
             out *= taper(t - x[:, None], (z * reach)[:, None])

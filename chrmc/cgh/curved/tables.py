@@ -158,9 +158,12 @@ def residual(x: Floats, y: Floats, z: Floats, wavelength: float) -> NDArray[np.c
     return phasors(radians, fall)
 
 
-def phasors(radians: Floats, modulus: Floats) -> NDArray[np.complex128]:
-    """modulus·exp(i·radians), broadcast."""
-    return np.asarray(modulus * np.exp(1j * np.remainder(radians, 2 * pi)), dtype=np.complex128)
+def phasors(radians: Floats, modulus: Floats | float = 1.0) -> NDArray[np.complex128]:
+    """modulus·exp(i·radians), broadcast; several times faster than a complex exponential."""
+    out = np.empty(np.broadcast_shapes(radians.shape, np.shape(modulus)), dtype=np.complex128)
+    np.multiply(np.cos(radians), modulus, out=out.real)
+    np.multiply(np.sin(radians), modulus, out=out.imag)
+    return out
 
 
 def residual_parts(x: Floats, y: Floats, z: Floats, wavelength: float) -> tuple[Floats, Floats]:

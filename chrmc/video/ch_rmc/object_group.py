@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.assembly import Factor
-from chrmc.cgh.curved.baseband import cluster_axes, sum_points
+from chrmc.cgh.curved.baseband import cluster_axes, series_for, sum_points
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, part_of
 from chrmc.cgh.curved.predict import Budget, budget_of
@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 MOST_VALUES = 60_000_000
 """Complex numbers that a baseband on the sphere may hold: 480 MB."""
 _TILT, _AZIMUTH, _ELEVATION = 1.0, 1.2, 1.0  # where the grid of directions ends
+_MANY = 3000  # points from which sub-clusters have a series each
 _FOLD = 0.5  # changed points, in shares of the key frame's, from which the grid takes them in
 
 
@@ -110,6 +111,12 @@ class Group:
             soft_x, at_soft_x = part_of(axis_x, True)
             soft_y, at_soft_y = part_of(axis_y, True)
             baseband = np.zeros((len(axis_y.nodes), len(axis_x.nodes)), dtype=np.complex64)
+            changed = self._signed(appeared, vanished, self._body)
+            changed = PointCloud(pose.apply(changed.positions), changed.amplitude, changed.phase)
+            shared = None
+            if baseband.size and len(thing.cloud) < _MANY:
+                every = PointCloud.concatenate([thing.cloud, changed])
+                shared = series_for(every, axis_x, axis_y, self._plane, self._tolerance)
         if len(at_x) and len(at_y):
             x, y = smooth_x.nodes, smooth_y.nodes
             with record.stage("RMC"):
@@ -119,14 +126,10 @@ class Group:
                 )
                 start = centre[2] / self._plane.wavelength
                 wave *= np.exp(2j * np.pi * (start - np.rint(start))) / centre[2]
-                m *= wave
+                m *= wave.astype(np.complex64)
             if len(appeared) + len(vanished):
                 with record.stage("EC"):
-                    changed = self._signed(appeared, vanished, self._body)
-                    changed = PointCloud(
-                        pose.apply(changed.positions), changed.amplitude, changed.phase
-                    )
-                    real, imag, _ = self._sum(changed, smooth_x, smooth_y, reference)
+                    real, imag, _ = self._sum(changed, smooth_x, smooth_y, reference, shared)
                     m.real += real
                     m.imag += imag
             baseband[np.ix_(at_y, at_x)] = m
@@ -137,7 +140,7 @@ class Group:
                 (smooth_x, soft_y, (at_soft_y, at_x)),
             ):
                 if len(axis.nodes) and len(other.nodes):
-                    real, imag, series = self._sum(thing.cloud, axis, other, reference)
+                    real, imag, series = self._sum(thing.cloud, axis, other, reference, shared)
                     baseband[np.ix_(*place)] = real + 1j * imag
         factor = Factor(
             axis_x, axis_y, reference, np.ascontiguousarray(baseband.real),
@@ -165,9 +168,16 @@ class Group:
         return factor, budget
 
     def _sum(
-        self, cloud: PointCloud, axis_x: Axis, axis_y: Axis, reference: Reference
+        self,
+        cloud: PointCloud,
+        axis_x: Axis,
+        axis_y: Axis,
+        reference: Reference,
+        series: Series | None,
     ) -> tuple[NDArray[np.floating], NDArray[np.floating], Series | float]:
-        return sum_points(cloud, axis_x, axis_y, reference, self._plane, self._tolerance)
+        return sum_points(
+            cloud, axis_x, axis_y, reference, self._plane, self._tolerance, series=series
+        )
 
     def _signed(
         self, appeared: NDArray[np.intp], vanished: NDArray[np.intp], points: PointCloud
