@@ -80,3 +80,13 @@ def test_bad_requests_are_one_line_and_status_2(video, capsys, arguments, says):
     code, _, err = run(capsys, *filled)
     assert code == 2 and says in err
     assert err.count("\n") == 1
+
+
+def test_bench_propagation_prints_differences(video, capsys):
+    code, out, _ = run(capsys, "bench", "propagation", video, "--pixels", "3")
+    assert code == 0
+    line = next(line for line in out.splitlines() if "direct sum" in line)
+    assert float(line.split()[-1]) < 0.05
+    assert "HCIPy" in out
+    code, _, err = run(capsys, "bench", "propagation", video, "--frame", "3")
+    assert code == 2 and "--depth" in err
