@@ -92,7 +92,8 @@ class Bench:
     lens1, lens2 : clear diameters of the lenses, metres; None is unlimited
     illumination : of the panel, None is a plane wave on the axis
     aberration : (H, W) radians, phase error of panel and illumination together
-    fill_factor : True models the pixels' active share (the SLM's fill_factor) as an envelope
+    fill_factor : active share of a pixel's area (`slm.fill_factor` is the panel's own), which
+        dims the orders by an envelope; None is not modelled
     edges : True models the light that the lit panel's own border diffracts, by padding it with
         darkness; False takes the panel as periodic, so that its bias is exactly the zero order
     """
@@ -104,7 +105,7 @@ class Bench:
     lens2: float | None = None
     illumination: Illumination | None = None
     aberration: NDArray[np.floating] | None = None
-    fill_factor: bool = False
+    fill_factor: float | None = None
     edges: bool = False
 
     def __post_init__(self) -> None:
@@ -112,6 +113,8 @@ class Bench:
             value = getattr(self, name)
             if value is not None and not (isfinite(value) and value > 0):
                 raise ValueError(f"{name} must be a positive length, not {value} m")
+        if self.fill_factor is not None and not 0 < self.fill_factor <= 1:
+            raise ValueError(f"fill_factor must lie in (0, 1], not {self.fill_factor}")
 
     @property
     def magnification(self) -> float:

@@ -184,12 +184,13 @@ class FourF:
         if self.bench.lens1 is not None:
             wave = self._through_lens(wave, self.bench.focal1, self.bench.lens1)
         spectrum = scipy.fft.fft2(wave, s=self._grid, norm="ortho", workers=workers())
-        if self.bench.fill_factor and self.slm.fill_factor < 1:
+        fill = self.bench.fill_factor
+        if fill is not None:
             # Square active areas of side p·√fill: an envelope over the orders.
-            side = self.slm.pixel_pitch * np.sqrt(self.slm.fill_factor)
+            side = self.slm.pixel_pitch * np.sqrt(fill)
             fy, fx = (scipy.fft.fftfreq(n, self.slm.pixel_pitch) for n in self._grid)
             rows, columns = np.sinc(fy * side), np.sinc(fx * side)
-            envelope = self.slm.fill_factor * rows[:, None] * columns[None, :]
+            envelope = fill * rows[:, None] * columns[None, :]
             spectrum = spectrum * envelope.astype(np.float32)
         return np.asarray(spectrum, dtype=np.complex64)
 

@@ -75,6 +75,18 @@ def write_image(
         _write(path, np.asarray(image, dtype=np.float32)[:, :, None], "float", note)
 
 
+def write_counts(
+    path: str | Path,
+    counts: NDArray[np.uint8] | NDArray[np.uint16],
+    metadata: dict[str, Any] | None = None,
+) -> None:
+    """Write (h, w) camera counts unchanged as a PNG of 8 or 16 bits."""
+    path = Path(path)
+    if path.suffix.lower() != ".png":
+        raise ValueError(f"{path}: a camera's counts are written as .png")
+    _write(path, counts[:, :, None], str(counts.dtype), dict(metadata or {}))
+
+
 def write_colour(path: str | Path, image: NDArray[np.uint8]) -> None:
     """Write (h, w, 3) uint8 as a PNG."""
     path = Path(path)
@@ -105,7 +117,7 @@ def _write(path: Path, pixels: NDArray[Any], kind: str, note: dict[str, Any]) ->
 
 
 def read_image(path: str | Path) -> tuple[NDArray[np.float32], dict[str, Any]]:
-    """(h, w) values and metadata of a written image; PNG levels come back as 0 … 255."""
+    """(h, w) values and metadata of a written image; PNG levels come back as they are."""
     import OpenImageIO as oiio
 
     path = Path(path)
@@ -116,7 +128,7 @@ def read_image(path: str | Path) -> tuple[NDArray[np.float32], dict[str, Any]]:
         raise OSError(f"{path} cannot be read: {oiio.geterror().strip()}")
     try:
         spec = source.spec()
-        kind = "uint8" if str(spec.format) == "uint8" else "float"
+        kind = str(spec.format) if str(spec.format) in ("uint8", "uint16") else "float"
         pixels = source.read_image(format=kind)
         if pixels is None:
             raise OSError(f"{path} is damaged: {source.geterror().strip()}")

@@ -1,59 +1,114 @@
-"""`chrmc reconstruct`: what a hologram shows at a depth."""
+"""`chrmc reconstruct`: what a hologram, or a whole video of them, shows at a depth."""
 
 from pathlib import Path
+from typing import Any
 
 import click
+
+from chrmc.cli.arguments import frames_option
+from chrmc.cli.optics_options import (
+    BENCH_NAMES,
+    LENGTH,
+    bench_from,
+    bench_options,
+    numbers,
+)
 
 
 @click.command("reconstruct")
 @click.argument("video", metavar="DIR", type=click.Path(path_type=Path))
-@click.option("--frame", "number", type=int, required=True, help="Frame number, from 1.")
-@click.option("--depth", type=float, required=True, help="Metres from the hologram.")
+@click.option("--frame", "number", type=int, default=None, help="Frame number, from 1.")
+@click.option("--depth", type=float, default=None, help="Metres from the hologram.")
+@click.option("--follow", default=None, help="Object whose depth is shown, instead of --depth.")
+@click.option(
+    "--depths",
+    default=None,
+    help="NEAR:FAR:COUNT in metres: a focal stack, with an all-in-focus picture and depth map.",
+)
+@click.option("--all", "everything", is_flag=True, help="All frames (or --frames) into a folder.")
+@frames_option
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
     required=True,
-    help="PNG for the eye, or EXR with float32 intensities.",
+    help="PNG for the eye or EXR with float32 intensities; a folder with --all or --depths.",
 )
 @click.option(
+    "--format",
+    "kind",
+    type=click.Choice(["png", "exr"]),
+    default="png",
+    show_default=True,
+    help="Of the pictures in a folder.",
+)
+@click.option(
+    "--preview",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="With --all: also an animation (.gif, .png) or movie (.mp4; needs chrmc[movie]).",
+)
+@click.option("--rate", type=LENGTH, default=40.0, show_default=True, help="Its frames a second.")
+@click.option("--width", type=click.IntRange(16), default=960, show_default=True, help="Its width.")
+@click.option(
     "--gamma",
-    type=click.FloatRange(0, min_open=True),
+    type=LENGTH,
     default=2.2,
     show_default=True,
     help="Of the display a PNG is for; 1 makes grey proportional to intensity.",
 )
 @click.option(
-    "--full-scale", type=float, default=None, help="Intensity shown as white. [2·ΣI²/ΣI]"
+    "--full-scale", type=LENGTH, default=None, help="Intensity shown as white. [2·ΣI²/ΣI]"
 )
-def command(
-    video: Path,
-    number: int,
-    depth: float,
-    out: Path,
-    gamma: float,
-    full_scale: float | None,
-) -> int:
-    """Reconstruct a frame of the video in DIR at a depth, through the numeric 4-f system.
+@click.option(
+    "--camera",
+    default=None,
+    help="PITCH or PITCH:BITS: what a camera of that pixel pitch (metres) counts, as a PNG.",
+)
+@click.option("--energy", is_flag=True, help="Print where the light went.")
+@bench_options
+def command(video: Path, out: Path, **options: Any) -> int:
+    """Reconstruct frames of the video in DIR at a depth, through the numeric 4-f system.
 
-    The picture has the SLM's pixels and orientation: a point at (x, y, DEPTH) appears at (x, y).
+    Pictures have the SLM's pixels and orientation: a point at (x, y, DEPTH) appears at (x, y).
+
+    \b
+    chrmc reconstruct DIR --frame 21 --depth 0.252 --out car.png
+    chrmc reconstruct DIR --all --follow car --out FOLDER --preview car.gif
+    chrmc reconstruct DIR --frame 21 --depths 0.245:0.27:51 --out FOLDER
     """
-    from chrmc.response import GreyResponse
     from chrmc.store import open_video
-    from reconstruct.four_f import four_f
-    from reconstruct.images import check_suffix, write_image
 
-    check_suffix(out)
-    stored = open_video(video)
-    image = four_f(
-        stored.read(number),
-        stored.slm,
-        stored.wavelength,
-        depth,
-        stored.encoding,
-        response=GreyResponse.from_dict(stored.response),
-        scale=stored.scale,
-    )
-    metadata = {
+    if options["everything"] and options["depths"]:
+        raise click.UsageError("--all and --depths exclude each other")
+    if options["everything"]:
+        return _all(open_video(video), out, options)
+    if options["number"] is None:
+        raise click.UsageError("say which --frame, or --all")
+    if options["depths"]:
+        return _stack(open_video(video), out, options)
+    return _one(open_video(video), out, options)
+
+
+def _depth_of(stored: Any, options: dict[str, Any]) -> Any:
+    """A function from frame number to depth."""
+    from reconstruct.sequence import at_depth, following
+
+    if (options["depth"] is None) == (options["follow"] is None):
+        raise click.UsageError("say at which --depth, or which object to --follow")
+    if options["follow"] is not None:
+        return following(stored, options["follow"])
+    return at_depth(options["depth"])
+
+
+def _system(stored: Any, options: dict[str, Any]) -> Any:
+    from reconstruct.sequence import system_of
+
+    return system_of(stored, bench_from(**{name: options[name] for name in BENCH_NAMES}))
+
+
+def _note(stored: Any, number: int, depth: float) -> dict[str, Any]:
+    """Metadata of a picture."""
+    return {
         "frame": number,
         "depth": depth,
         "wavelength": stored.wavelength,
@@ -61,6 +116,120 @@ def command(
         "encoding": stored.encoding,
         "scene": stored.scene.get("name"),
     }
-    write_image(out, image, metadata, full_scale, gamma)
+
+
+def _one(stored: Any, out: Path, options: dict[str, Any]) -> int:
+    """One frame at one depth."""
+    from reconstruct.images import check_suffix, write_image
+
+    check_suffix(out)
+    number = options["number"]
+    stored.entry(number)
+    depth = _depth_of(stored, options)(number)
+    system = _system(stored, options)
+    image = system.image(stored.read(number), depth)
+    if options["camera"] is not None:
+        _photograph(stored, system, image, out, options)
+    else:
+        note = _note(stored, number, depth)
+        write_image(out, image, note, options["full_scale"], options["gamma"])
     click.echo(f"{out}: frame {number} at {depth * 1e3:.3f} mm")
+    if options["energy"]:
+        account = system.energy(stored.read(number))
+        for name in ("absorbed", "blocked_filter", "blocked_lenses", "image"):
+            share = getattr(account, name) / account.incident
+            click.echo(f"  {name.replace('_', ' by '):<20}{share:>9.3%} of the light")
+    return 0
+
+
+def _photograph(
+    stored: Any, system: Any, image: Any, out: Path, options: dict[str, Any]
+) -> None:
+    """What a camera counts, written unchanged."""
+    from chrmc.optics import Patch
+    from reconstruct.camera import Camera
+    from reconstruct.images import write_counts
+
+    given = numbers(options["camera"], ":", "--camera")
+    camera = Camera(
+        given[0], bits=int(given[1]) if len(given) > 1 else 8, full_scale=options["full_scale"]
+    )
+    patch = Patch((0.0, 0.0), stored.slm.shape, stored.slm.pixel_pitch)
+    counts = camera.photograph(image, patch, system.bench.magnification)
+    note = {"pixel_pitch": camera.pixel_pitch, "magnification": system.bench.magnification}
+    write_counts(out, counts, note)
+
+
+def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
+    """One frame at many depths, the all-in-focus picture and its depth map."""
+    import numpy as np
+
+    from chrmc.optics import Patch
+    from chrmc.progress import progress
+    from reconstruct.images import exposure, write_image
+    from reconstruct.stack import FocalStack, all_in_focus
+
+    given = numbers(options["depths"], ":", "--depths")
+    if len(given) != 3 or not 0 < given[0] < given[1] or given[2] < 2:
+        raise ValueError(f"--depths: {options['depths']!r} must be NEAR:FAR:COUNT, 0 < NEAR < FAR")
+    number = options["number"]
+    depths = np.linspace(given[0], given[1], int(given[2]))
+    system = _system(stored, options)
+    field = system.field(stored.read(number))
+    planes = np.empty((len(depths), *stored.slm.shape), dtype=np.float32)
+    for i, depth in enumerate(progress(depths, "focal stack", unit="depth")):
+        planes[i] = np.abs(system.at(field, float(depth))) ** 2
+    white = options["full_scale"] or float(np.median([exposure(p) for p in planes]))
+    suffix = options["kind"]
+    for depth, plane in zip(depths, planes, strict=True):
+        name = f"depth_{depth * 1e3:08.3f}mm.{suffix}"
+        write_image(
+            out / name, plane, _note(stored, number, float(depth)), white, options["gamma"]
+        )
+    patch = Patch((0.0, 0.0), stored.slm.shape, stored.slm.pixel_pitch)
+    image, depth_map = all_in_focus(FocalStack(depths, planes, patch))
+    note = _note(stored, number, float("nan")) | {"depth": [given[0], given[1]]}
+    sharp = out / f"all_in_focus.{suffix}"
+    write_image(sharp, image, note, options["full_scale"], options["gamma"])
+    write_image(out / "depth_map.exr", depth_map, note | {"unit": "metre"})
+    click.echo(f"{out}: frame {number} at {len(depths)} depths, all in focus, depth map")
+    return 0
+
+
+def _all(stored: Any, out: Path, options: dict[str, Any]) -> int:
+    """A picture per frame, and a preview that moves."""
+    from chrmc.progress import progress
+    from reconstruct.animation import check_animation, write_animation
+    from reconstruct.images import exposure, to_grey, write_image
+    from reconstruct.sequence import reconstruct_all, shrink
+
+    preview = options["preview"]
+    if preview is not None:
+        check_animation(preview)
+    numbers_ = list(stored.numbers)
+    if options["frames"] is not None:
+        first, last = options["frames"]
+        stored.entry(first), stored.entry(last)
+        numbers_ = [n for n in numbers_ if first <= n <= last]
+    if not numbers_:
+        raise ValueError(f"{stored.folder} has no such frames")
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"{out} is a file; --all writes a folder")
+    depth_of = _depth_of(stored, options)
+    shown = reconstruct_all(stored, depth_of, numbers_, _system(stored, options))
+    # One white for all, from the first frame: a white per frame would flicker.
+    white, moving = options["full_scale"], []
+    for frame in progress(shown, "reconstruct", len(numbers_)):
+        if not white:
+            white = exposure(frame.image) or None
+        name = f"reconstruction_{frame.number:04d}.{options['kind']}"
+        note = _note(stored, frame.number, frame.depth)
+        write_image(out / name, frame.image, note, white or 1.0, options["gamma"])
+        if preview is not None:
+            small = shrink(frame.image, options["width"])
+            moving.append(to_grey(small, white or 1.0, options["gamma"]))
+    if preview is not None:
+        write_animation(preview, moving, options["rate"])
+        click.echo(f"{preview}: {len(moving)} frames at {options['rate']:g} a second")
+    click.echo(f"{out}: {len(numbers_)} frames")
     return 0

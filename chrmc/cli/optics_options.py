@@ -1,0 +1,118 @@
+"""Options that describe the optical bench, shared by the commands that reconstruct."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+LENGTH = click.FloatRange(0, min_open=True)
+_OPTIONS = (
+    click.option("--focal1", type=LENGTH, default=0.15, help="Lens 1, metres. [0.15]"),
+    click.option("--focal2", type=LENGTH, default=0.15, help="Lens 2, metres. [0.15]"),
+    click.option("--lens1", type=LENGTH, default=None, help="Its clear diameter, metres. [wide]"),
+    click.option("--lens2", type=LENGTH, default=None, help="Its clear diameter, metres. [wide]"),
+    click.option(
+        "--aperture", default=None, help="In the Fourier plane: DIAMETER or HEIGHTxWIDTH, metres."
+    ),
+    click.option(
+        "--dc-block",
+        type=click.FloatRange(0),
+        default=10e-6,
+        help="Radius of the opaque dot, metres. [10e-6]",
+    ),
+    click.option("--no-dc-block", is_flag=True, help="Let the zero order through."),
+    click.option(
+        "--filter-image",
+        type=click.Path(path_type=Path),
+        default=None,
+        help="8-bit picture of the filter's transmission over the Nyquist square.",
+    ),
+    click.option("--tilt", default=None, help="Of the laser beam: Y,X in radians."),
+    click.option("--waist", type=LENGTH, default=None, help="1/e² radius of a Gaussian beam."),
+    click.option(
+        "--fill-factor",
+        type=click.FloatRange(0, 1, min_open=True),
+        default=None,
+        help="Active share of a pixel's area. [1]",
+    ),
+    click.option(
+        "--aberration",
+        type=click.Path(path_type=Path),
+        default=None,
+        help="EXR of the panel's phase error in radians, a value per pixel.",
+    ),
+    click.option(
+        "--edges", is_flag=True, help="Model the light that the panel's border diffracts."
+    ),
+)
+
+BENCH_NAMES = (
+    *("focal1", "focal2", "lens1", "lens2", "aperture", "dc_block", "no_dc_block"),
+    *("filter_image", "tilt", "waist", "fill_factor", "aberration", "edges"),
+)
+
+
+def bench_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of `bench_from` to a command."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+def numbers(text: str, sign: str, what: str) -> list[float]:
+    """Numbers parted by a sign, or ValueError in the name of an option."""
+    try:
+        return [float(part) for part in text.lower().split(sign)]
+    except ValueError:
+        raise ValueError(f"{what}: {text!r} is not of the form that --help shows") from None
+
+
+def bench_from(
+    focal1: float,
+    focal2: float,
+    lens1: float | None,
+    lens2: float | None,
+    aperture: str | None,
+    dc_block: float,
+    no_dc_block: bool,
+    filter_image: Path | None,
+    tilt: str | None,
+    waist: float | None,
+    fill_factor: float | None,
+    aberration: Path | None,
+    edges: bool,
+) -> Any:
+    """The bench that the options describe."""
+    from chrmc.pictures import read_grey
+    from reconstruct.bench import Bench, Filter, Illumination
+    from reconstruct.images import read_image
+
+    opening: float | tuple[float, float] | None = None
+    if aperture is not None:
+        sides = numbers(aperture, "x", "--aperture")
+        if len(sides) > 2:
+            raise ValueError(f"--aperture: {aperture!r} has more than two sides")
+        opening = sides[0] if len(sides) == 1 else (sides[0], sides[1])
+    light = None
+    if tilt is not None or waist is not None:
+        angles = [0.0, 0.0] if tilt is None else numbers(tilt, ",", "--tilt")
+        if len(angles) != 2:
+            raise ValueError(f"--tilt: {tilt!r} must be two angles, Y,X")
+        light = Illumination(tilt=(angles[0], angles[1]), waist=waist)
+    chosen = Filter(
+        dc_block=None if no_dc_block else dc_block,
+        aperture=opening,
+        image=None if filter_image is None else read_grey(filter_image) / 255.0,
+    )
+    return Bench(
+        focal1=focal1,
+        focal2=focal2,
+        filter=chosen,
+        lens1=lens1,
+        lens2=lens2,
+        illumination=light,
+        aberration=None if aberration is None else read_image(aberration)[0],
+        fill_factor=fill_factor,
+        edges=edges,
+    )

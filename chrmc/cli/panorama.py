@@ -1,0 +1,111 @@
+"""`chrmc panorama`: the whole video in one picture, as in Fig. 14 of the paper."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from chrmc.cli.check import FrameList, chosen_frames
+
+PANELS = (21, 51, 80)
+"""Frames that the paper's Fig. 14 shows one by one."""
+
+
+@click.command("panorama")
+@click.argument("video", metavar="DIR", type=click.Path(path_type=Path))
+@click.option(
+    "--out", type=click.Path(path_type=Path), required=True, help="PNG to write."
+)
+@click.option(
+    "--frames",
+    type=FrameList(),
+    default=None,
+    help="In the panorama, such as 1,15:80 or all. [as many as do not overlap]",
+)
+@click.option(
+    "--panels",
+    type=FrameList(),
+    default=None,
+    help="Frames below it, one by one. [21,51,80 where there, else first, middle, last]",
+)
+def command(
+    video: Path,
+    out: Path,
+    frames: list[tuple[int, int]] | None,
+    panels: list[tuple[int, int]] | None,
+) -> int:
+    """Draw the video in DIR as one picture: moving objects at several moments, every object
+    reconstructed at its own depth; below, single frames."""
+    from chrmc.progress import progress
+    from chrmc.store import open_video
+    from reconstruct.sequence import composite, panorama, region_of, spread_frames, system_of
+
+    stored = open_video(video)
+    if out.suffix.lower() != ".png":
+        raise ValueError(f"{out}: a panorama is written as .png")
+    every = chosen_frames([], stored)
+    numbers = spread_frames(stored) if frames is None else chosen_frames(frames, stored)
+    if panels is None:
+        single = [n for n in PANELS if n in every]
+        single = single or sorted({every[0], every[len(every) // 2], every[-1]})
+    else:
+        single = chosen_frames(panels, stored)
+    system = system_of(stored)
+    wide = panorama(stored, numbers)
+    shown = [composite(stored, n, system) for n in progress(single, "panorama")]
+    draw(stored, wide.image, shown, numbers, region_of(stored), out)
+    click.echo(f"{out}: frames {', '.join(str(n) for n in numbers)} in one, {len(shown)} below")
+    return 0
+
+
+def draw(
+    stored: Any, wide: Any, shown: Any, numbers: list[int], region: Any, out: Path
+) -> None:
+    """Write the picture."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    from chrmc.files import replacing
+    from reconstruct.images import to_grey
+    from reconstruct.sequence import common_scale, targets_of
+
+    white = common_scale([s.image for s in shown])
+    slm = stored.slm
+    edges = [
+        (s - (n - 1) / 2 - 0.5) * slm.pixel_pitch * 1e3
+        for part, n in zip(region, slm.shape, strict=True)
+        for s in (part.start, part.stop)
+    ]
+    extent = (edges[2], edges[3], edges[1], edges[0])
+    ratio = (edges[1] - edges[0]) / (edges[3] - edges[2])
+    width = 12.0
+    count = max(len(shown), 1)
+    height = width * ratio + width / count * ratio + 0.9
+    figure = plt.figure(figsize=(width, height), facecolor="#101216", layout="constrained")
+    grid = figure.add_gridspec(2, count, height_ratios=[count, 1])
+    pictures = [(figure.add_subplot(grid[0, :]), wide, f"frames {_listed(numbers)}")]
+    for i, s in enumerate(shown):
+        depths = ", ".join(
+            f"{t.name} {t.position[2] * 1e3:.1f} mm" for t in targets_of(stored, s.number)
+        )
+        pictures.append((figure.add_subplot(grid[1, i]), s.image, f"frame {s.number}: {depths}"))
+    for axis, image, title in pictures:
+        axis.imshow(
+            to_grey(image[region], white or 1.0), cmap="gray", vmin=0, vmax=255, extent=extent
+        )
+        axis.set_title(title, color="0.85", fontsize=9, loc="left")
+        axis.set_xticks([])
+        axis.set_yticks([])
+        for spine in axis.spines.values():
+            spine.set_color("0.3")
+    with replacing(out) as partial:
+        figure.savefig(partial, dpi=130, facecolor=figure.get_facecolor())
+    plt.close(figure)
+
+
+def _listed(numbers: list[int]) -> str:
+    from chrmc.store import ranges
+
+    return ranges(numbers).replace(":", " to ")

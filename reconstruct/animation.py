@@ -1,0 +1,74 @@
+"""Moving pictures: animated GIF and PNG with Pillow, movies with an optional package."""
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.files import replacing
+
+Frames = Sequence[NDArray[np.uint8]]
+ANIMATIONS = (".gif", ".png", ".apng")
+MOVIES = (".mp4", ".mkv", ".mov")
+
+
+def check_animation(path: Path) -> Path:
+    """The path, or ValueError for an unknown suffix, OSError for a missing movie package."""
+    suffix = path.suffix.lower()
+    if suffix in MOVIES and not movies_there():
+        raise OSError("movies need imageio-ffmpeg: pip install 'chrmc[movie]', or write a .gif")
+    if suffix not in ANIMATIONS + MOVIES:
+        raise ValueError(f"{path}: animations are {', '.join(ANIMATIONS + MOVIES)}")
+    return path
+
+
+def movies_there() -> bool:
+    """Whether the optional movie package is installed."""
+    return find_spec("imageio_ffmpeg") is not None
+
+
+def write_animation(path: str | Path, frames: Frames, rate: float) -> None:
+    """Write (h, w) uint8 frames of one shape at `rate` frames per second, by the suffix."""
+    path = check_animation(Path(path))
+    if not frames:
+        raise ValueError(f"{path}: no frames to animate")
+    if not rate > 0:
+        raise ValueError(f"rate must be positive, not {rate}")
+    with replacing(path) as partial:
+        if path.suffix.lower() in MOVIES:
+            _movie(partial, frames, rate)
+        else:
+            _pictures(partial, frames, rate, path.suffix.lower())
+
+
+def _pictures(path: Path, frames: Frames, rate: float, suffix: str) -> None:
+    from PIL import Image
+
+    pictures = [Image.fromarray(f) for f in frames]
+    duration = round(1000 / rate)
+    options: dict[str, Any] = {"save_all": True, "append_images": pictures[1:]}
+    if suffix == ".gif":
+        # GIF counts time in hundredths of a second.
+        options |= {"duration": max(20, round(duration, -1)), "loop": 0}
+        pictures[0].save(path, format="GIF", **options)
+    else:
+        pictures[0].save(path, format="PNG", duration=duration, loop=0, **options)
+
+
+def _movie(path: Path, frames: Frames, rate: float) -> None:
+    from importlib import import_module
+
+    ffmpeg: Any = import_module("imageio_ffmpeg")
+    height, width = (n // 2 * 2 for n in frames[0].shape)  # codecs want even sides
+    writer = ffmpeg.write_frames(
+        str(path), (width, height), pix_fmt_in="gray", fps=rate, quality=8, macro_block_size=2
+    )
+    writer.send(None)
+    try:
+        for frame in frames:
+            writer.send(np.ascontiguousarray(frame[:height, :width]).tobytes())
+    finally:
+        writer.close()
