@@ -3,9 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.scene.motion import Motion, find_motion
+from chrmc.scene.motion import find_motion, position_noise
 from chrmc.scene.scene import ObjectFrame, Scene
 from chrmc.video.ch_rmc.carry import Rotation, Step, Translation
+
+PIXEL_SHARE = 0.05
+"""Noise of a centroid of pixels, in scene pixels: quantisation, and other sides coming to view."""
 
 
 def plan(scene: Scene) -> dict[str, dict[int, Step]]:
@@ -15,11 +18,14 @@ def plan(scene: Scene) -> dict[str, dict[int, Step]]:
     position is its pose's where that is known, else the centroid of its visible points.
     """
     count = scene.frame_count
+    known = {name: True for name in scene.object_names}
     places = {name: np.full((count, 3), np.nan) for name in scene.object_names}
     for number in range(1, count + 1):
         for thing in scene.frame(number).objects:
             places[thing.name][number - 1] = place(thing)
-    return {name: steps(path) for name, path in places.items()}
+            known[thing.name] &= thing.pose is not None
+    least = PIXEL_SHARE * scene.pixel_pitch
+    return {name: steps(path, 0.0 if known[name] else least) for name, path in places.items()}
 
 
 def place(thing: ObjectFrame) -> NDArray[np.float64]:
@@ -29,9 +35,10 @@ def place(thing: ObjectFrame) -> NDArray[np.float64]:
     return thing.position if thing.pose is None else thing.pose.translation
 
 
-def steps(path: NDArray[np.float64], motion: Motion | None = None) -> dict[int, Step]:
-    """Frame number to step, from (N, 3) positions of frames 1 … N."""
-    found = find_motion(path[:, [0, 2]]) if motion is None else motion
+def steps(path: NDArray[np.float64], least_noise: float = 0.0) -> dict[int, Step]:
+    """Frame number to step, from (N, 3) positions of frames 1 … N and their noise, metres."""
+    plane = path[:, [0, 2]]
+    found = find_motion(plane, noise=max(least_noise, position_noise(plane)))
     out: dict[int, Step] = {}
     for number in range(2, len(path) + 1):
         segment = found.at(number)

@@ -272,3 +272,27 @@ def test_refusals(long_arc: PointScene) -> None:
 def test_frames_follow_each_other_without_repeats(long_arc: PointScene) -> None:
     made = frames(long_arc)
     assert all(relative_error(a.field, b.field) > 0.1 for a, b in pairwise(made))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("name", "worst_error", "least_psnr"),
+    [("car-house", 0.23, 37.0), ("car-house-deep", 0.95, 22.0)],
+)
+def test_the_built_in_scenes_at_full_size(name: str, worst_error: float, least_psnr: float) -> None:
+    made = chrmc.video(
+        chrmc.load_scene(name),
+        chrmc.LC_R_1080,
+        cgh="curved",
+        compensation="ch-rmc",
+        surface="paper",
+        coding="ssb",
+        measure=True,
+    )
+    records = [frame.record for frame in made]
+    errors = [r.error_reuse for r in records]
+    assert 0.5 * worst_error < max(errors) < worst_error
+    assert min(r.image["car"]["psnr"] for r in records) > least_psnr
+    assert [r.number for r in records if r.key] == [1]
+    assert np.mean([r.points_computed for r in records[1:]]) < 20
+    assert all(0.15 < r.blank_share < 0.25 for r in records[1:])
