@@ -126,27 +126,37 @@ def focal_stack(
 
 
 def all_in_focus(
-    stack: FocalStack, window: int = 9
+    stack: FocalStack, window: float = 9.0
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Every pixel at the depth where its surroundings are sharpest.
+    """Every pixel at the depth of what stands there.
 
-    window : side of the surroundings, samples
+    window : extent of the surroundings that are judged together, samples
 
     Returns (h, w) intensity and (h, w) depth in metres. Sharpness is the local second moment of
-    intensity over the squared local mean; where there is no light the depth means nothing.
+    intensity over the squared local mean; each pixel's sharpest depth is then averaged over its
+    neighbours, weighted by how much sharp light they hold, so that darkness takes the depth of
+    what is beside it. Far from any light the depth means nothing.
     """
-    from scipy.ndimage import uniform_filter
+    from scipy.ndimage import gaussian_filter
 
-    best = np.full(stack.patch.shape, -np.inf)
-    image = np.zeros(stack.patch.shape, dtype=np.float32)
-    depth = np.full(stack.patch.shape, stack.depths[0])
+    shape = stack.patch.shape
+    best, light = np.full(shape, -np.inf), np.zeros(shape)
+    sharpest = np.full(shape, stack.depths[0])
     floor = float(stack.intensity.mean()) * 1e-3 + np.finfo(np.float32).tiny
     for z, plane in zip(stack.depths, stack.intensity, strict=True):
-        mean = uniform_filter(plane.astype(np.float64), window)
-        square = uniform_filter(plane.astype(np.float64) ** 2, window)
+        mean = gaussian_filter(plane, window / 3)
+        square = gaussian_filter(plane * plane, window / 3)
         sharp = square / (mean + floor) ** 2
         better = sharp > best
-        best[better] = sharp[better]
-        image[better] = plane[better]
-        depth[better] = z
+        best[better], light[better], sharpest[better] = sharp[better], square[better], z
+    weight = light + float(light.mean()) * 1e-6 + np.finfo(np.float32).tiny
+    middle = float(stack.depths.mean())
+    spread_ = gaussian_filter(weight, window)
+    depth = middle + gaussian_filter(weight * (sharpest - middle), window) / spread_
+    index = np.clip(np.searchsorted(stack.depths, depth), 1, len(stack.depths) - 1)
+    if len(stack.depths) == 1:
+        index = np.zeros(shape, dtype=np.intp)
+    else:
+        index -= depth - stack.depths[index - 1] < stack.depths[index] - depth
+    image = np.take_along_axis(stack.intensity, index[None], axis=0)[0]
     return image, depth

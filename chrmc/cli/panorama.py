@@ -85,15 +85,17 @@ def draw(
     height = width * ratio + width / count * ratio + 0.9
     figure = plt.figure(figsize=(width, height), facecolor="#101216", layout="constrained")
     grid = figure.add_gridspec(2, count, height_ratios=[count, 1])
-    pictures = [(figure.add_subplot(grid[0, :]), wide, f"frames {_listed(numbers)}")]
+    pictures = [(figure.add_subplot(grid[0, :]), wide, f"frames {_listed(numbers)}", white)]
     for i, s in enumerate(shown):
         depths = ", ".join(
             f"{t.name} {t.position[2] * 1e3:.1f} mm" for t in targets_of(stored, s.number)
         )
-        pictures.append((figure.add_subplot(grid[1, i]), s.image, f"frame {s.number}: {depths}"))
-    for axis, image, title in pictures:
+        # Smaller, so that single points fade: exposed longer.
+        title = f"frame {s.number}: {depths}"
+        pictures.append((figure.add_subplot(grid[1, i]), s.image, title, white / 4))
+    for axis, image, title, top in pictures:
         axis.imshow(
-            to_grey(image[region], white or 1.0), cmap="gray", vmin=0, vmax=255, extent=extent
+            to_grey(image[region], top or 1.0), cmap="gray", vmin=0, vmax=255, extent=extent
         )
         axis.set_title(title, color="0.85", fontsize=9, loc="left")
         axis.set_xticks([])

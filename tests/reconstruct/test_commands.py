@@ -90,3 +90,74 @@ def test_bench_propagation_prints_differences(video, capsys):
     assert "HCIPy" in out
     code, _, err = run(capsys, "bench", "propagation", video, "--frame", "3")
     assert code == 2 and "--depth" in err
+
+
+def test_all_frames_into_a_folder_with_a_preview(video, capsys, tmp_path):
+    out, preview = tmp_path / "r", tmp_path / "p.gif"
+    code, said, _ = run(
+        capsys, "reconstruct", video, "--all", "--follow", "cluster", "--format", "exr",
+        "--out", out, "--preview", preview,
+    )  # fmt: skip
+    assert code == 0 and "3 frames" in said and preview.stat().st_size > 1000
+    names = sorted(p.name for p in out.iterdir())
+    assert names == [f"reconstruction_000{n}.exr" for n in (1, 2, 3)]
+    stored = open_video(video)
+    _, note = read_image(out / names[1])
+    assert note["depth"] == stored.entry(2)["objects"][0]["depth"]
+
+
+def test_a_focal_stack_with_depth_map(video, capsys, tmp_path):
+    code, _, _ = run(
+        capsys, "reconstruct", video, "--frame", 1, "--depths", "0.057:0.063:13", "--out", tmp_path
+    )
+    assert code == 0 and len(list(tmp_path.glob("depth_*mm.png"))) == 13
+    depth, note = read_image(tmp_path / "depth_map.exr")
+    assert note["unit"] == "metre"
+    x, y, z = open_video(video).entry(1)["objects"][0]["position"]
+    row, column = round(y / 8.1e-6 + 127.5), round(x / 8.1e-6 + 127.5)
+    found = np.median(depth[row - 12 : row + 12, column - 12 : column + 12])
+    assert found == pytest.approx(z, abs=3e-4)
+
+
+def test_camera_and_energy(video, capsys, tmp_path):
+    out = tmp_path / "c.png"
+    code, said, _ = run(
+        capsys, "reconstruct", video, "--frame", 1, "--follow", "cluster", "--out", out,
+        "--camera", "4.05e-6:12", "--energy", "--lens1", "0.02", "--aperture", "4e-3x8e-3",
+        "--tilt", "0,0.001", "--waist", "2e-3", "--fill-factor", "0.9",
+    )  # fmt: skip
+    assert code == 0
+    account = [line for line in said.splitlines() if "light" in line]
+    shares = [float(line.split("%")[0].split()[-1]) for line in account]
+    assert sum(shares) == pytest.approx(100, abs=0.01)
+    counts, note = read_image(out)
+    assert counts.shape == (512, 512) and 255 < counts.max() <= 4095
+    assert note["pixel_pitch"] == 4.05e-6
+
+
+def test_panorama(video, capsys, tmp_path):
+    out = tmp_path / "p.png"
+    code, _, _ = run(capsys, "panorama", video, "--out", out)
+    assert code == 0 and out.stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--frame", "1"], "--depth"),
+        (["--frame", "1", "--depth", "0.06", "--follow", "cluster"], "--depth"),
+        (["--depth", "0.06"], "--frame"),
+        (["--all", "--follow", "boat"], "boat"),
+        (["--frame", "1", "--depths", "3:2:1"], "NEAR:FAR:COUNT"),
+        (["--frame", "1", "--depth", "0.06", "--aperture", "wide"], "--aperture"),
+        (["--frame", "1", "--depth", "0.06", "--aperture", "1x2x3"], "sides"),
+        (["--frame", "1", "--depth", "0.06", "--tilt", "1"], "--tilt"),
+        (["--frame", "1", "--depth", "0.06", "--aberration", "none.exr"], "none.exr"),
+        (["--frame", "1", "--depth", "0.06", "--camera", "x"], "--camera"),
+        (["--all", "--depth", "0.06", "--preview", "a.bmp"], "a.bmp"),
+        (["--all", "--depth", "0.06", "--frames", "1:9"], "no frame 9"),
+    ],
+)
+def test_contradictions_are_one_line(video, capsys, tmp_path, arguments, says):
+    code, _, err = run(capsys, "reconstruct", video, *arguments, "--out", tmp_path / "a.png")
+    assert code == 2 and says in err and err.count("\n") == 1
