@@ -1,7 +1,7 @@
 """How the published CH-RMC fares along a scene: field error and images, with and without re-keying.
 
-The fields are judged, not grey levels: error of the moving objects' frame against recomputation by
-the same CGH method, PSNR of each moving object's image at its depth.
+The fields are judged, not grey levels: error of the whole frame and of the worst object alone
+against recomputation by the same CGH method, PSNR of the worst object's image at its depth.
 """
 
 from collections.abc import Callable, Iterator
@@ -42,6 +42,13 @@ class Run:
         """Relative field error of every frame."""
         return [r.error_reuse or 0.0 for r in self.records]
 
+    @property
+    def own_errors(self) -> list[float]:
+        """Relative field error of the worst object alone, of every frame."""
+        return [
+            max((o.get("error_reuse", 0.0) for o in r.objects), default=0.0) for r in self.records
+        ]
+
     def measure(self, name: str) -> list[float]:
         """The worst object's "psnr", "ssim" or largest |"shift_x"| … of every frame."""
         values = [[entry[name] for entry in r.image.values()] for r in self.records]
@@ -59,6 +66,8 @@ class Run:
             "keys": len(self.keys),
             "error_median": float(np.median(errors)),
             "error_worst": float(errors.max()),
+            "own_median": float(np.median(np.array(self.own_errors)[at])),
+            "own_worst": float(np.array(self.own_errors)[at].max()),
             "psnr_median": float(np.median(psnr)),
             "psnr_worst": float(psnr.min()),
             "ssim_worst": float(np.array(self.measure("ssim"))[at].min()),

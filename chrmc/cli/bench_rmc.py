@@ -96,7 +96,8 @@ def _lines(run: "Run", form: str, matching: str) -> Iterator[str]:
     yield f"{run.scene}, {run.label} ({form} form, {matching} matching), {len(run.records)} frames:"
     yield (
         f"  {s['keys']:.0f} keys; carried frames: error median {s['error_median']:.1%}, worst "
-        f"{s['error_worst']:.1%}; PSNR median {s['psnr_median']:.1f} dB, worst "
+        f"{s['error_worst']:.1%} (worst object alone {s['own_median']:.1%}, {s['own_worst']:.1%}); "
+        f"PSNR median {s['psnr_median']:.1f} dB, worst "
         f"{s['psnr_worst']:.1f} dB; SSIM worst {s['ssim_worst']:.3f}; "
         f"shift up to {s['shift_worst'] * 1e6:.1f} µm"
     )
@@ -123,9 +124,13 @@ def draw(found: "Sequence[Run]", path: Path) -> None:
             for run, colour in zip(mine, ("tab:red", "tab:blue", "tab:green"), strict=False):
                 # A key frame repeats the truth: shown as a mark, not as a dip of the curve.
                 keep = [not r.key for r in run.records]
-                for axis, values in ((above, run.errors), (below, run.measure("psnr"))):
+                for axis, values, style, label in (
+                    (above, run.errors, ".-", run.label),
+                    (above, run.own_errors, ":", "the moving object alone"),
+                    (below, run.measure("psnr"), ".-", run.label),
+                ):
                     shown = [v if k else float("nan") for v, k in zip(values, keep, strict=True)]
-                    axis.plot(run.numbers, shown, ".-", ms=3, lw=1, color=colour, label=run.label)
+                    axis.plot(run.numbers, shown, style, ms=3, lw=1, color=colour, label=label)
                 low = {"color": colour, "marker": "|", "ls": "", "ms": 9}
                 above.plot(
                     run.keys, [0.0] * len(run.keys), **low, label=f"key frames ({len(run.keys)})"
@@ -135,7 +140,7 @@ def draw(found: "Sequence[Run]", path: Path) -> None:
             below.set_xlabel("frame")
             for axis in (above, below):
                 axis.grid(alpha=0.3)
-        axes[0, 0].set_ylabel("relative field error")
+        axes[0, 0].set_ylabel("relative field error of the frame")
         axes[1, 0].set_ylabel("PSNR of the moving object's image, dB")
         axes[0, 0].set_ylim(bottom=-0.02)
         path.parent.mkdir(parents=True, exist_ok=True)

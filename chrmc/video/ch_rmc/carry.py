@@ -105,8 +105,7 @@ def carry(
         local = to_planar(local, cylinder.table)
     with record.stage("PA"):
         axial = float(turned(middle, step.centre, step.angle)[2] - middle[2])
-        local = cylinders.recede(local, cylinder, axial)
-        out = cylinders.to_original(local, cylinder)
+        out = cylinders.to_original(local, cylinder, axial)
         out *= np.complex64(cylinders.piston(cylinder, middle, step.angle))
     return out, cylinder
 

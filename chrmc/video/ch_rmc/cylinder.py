@@ -118,10 +118,21 @@ def to_local(
     return scipy.fft.ifft(local, axis=1, workers=workers(), overwrite_x=True)
 
 
-def to_original(local: NDArray[np.complex64], cylinder: Cylinder) -> NDArray[np.complex64]:
-    """LPH → OPH. (f_y, x) on the padded grid → (H, W) on the panel."""
+def to_original(
+    local: NDArray[np.complex64], cylinder: Cylinder, recede: float = 0.0
+) -> NDArray[np.complex64]:
+    """LPH → OPH. (f_y, x) on the padded grid → (H, W) on the panel.
+
+    recede : metres by which the object moves away from the hologram. A shift and a tilt leave an
+    object at its depth, a rotation about a distant axis does not; its constant phase they have.
+    The defocus exp(−iπλ·recede·f²) is paraxial, ample for the micrometres of one step.
+    """
     spectrum = scipy.fft.fft(local, axis=1, workers=workers())
     spectrum *= cylinder.back
+    if recede:
+        scale = -0.5 * cylinder.wavelength * recede
+        spectrum *= cycles_to_phasor(scale * cylinder.fx**2)
+        spectrum *= cycles_to_phasor(scale * cylinder.fy**2)[:, None]
     field = scipy.fft.ifft2(spectrum, workers=workers(), overwrite_x=True)
     return np.ascontiguousarray(field[: cylinder.slm.height, : cylinder.slm.width])
 
@@ -150,22 +161,6 @@ def turned(
     c, s = np.cos(angle), np.sin(angle)
     x, z = point[..., 0] - centre[0], point[..., 2] - centre[1]
     return np.stack([centre[0] + c * x + s * z, point[..., 1], centre[1] - s * x + c * z], axis=-1)
-
-
-def recede(
-    local: NDArray[np.complex64], cylinder: Cylinder, distance: float
-) -> NDArray[np.complex64]:
-    """(f_y, x) → (f_y, x): the object moved away from the hologram, its constant phase kept.
-
-    A shift and a tilt leave an object at its depth, though a rotation about a distant axis does
-    not: distance = −sin θ·(x − x_O) + … is exactly known. The defocus exp(−iπλ·distance·f²) is
-    paraxial, which is ample for the micrometres of one step.
-    """
-    scale = -0.5 * cylinder.wavelength * distance
-    spectrum = scipy.fft.fft(local, axis=1, workers=workers())
-    spectrum *= cycles_to_phasor(scale * cylinder.fx**2)
-    spectrum *= cycles_to_phasor(scale * cylinder.fy**2)[:, None]
-    return scipy.fft.ifft(spectrum, axis=1, workers=workers(), overwrite_x=True)
 
 
 def piston(cylinder: Cylinder, point: NDArray[np.float64], angle: float) -> complex:

@@ -196,7 +196,8 @@ def frames(
     rekey_error : a key frame where the field error against recomputation with the same CGH method
         would pass this
     rekey_image : a key frame where an object's PSNR in dB would fall below this
-    measure_reuse : record `error_reuse` of each frame (a full recomputation, not booked)
+    measure_reuse : record `error_reuse` of each frame, and of each object alone in
+        `record.objects` (a full recomputation, not booked)
     measure : image measures per object, recorded in `record.image`: True for those of
         `image_measures`, or a function, see `Measure`
     options : for the CGH method
@@ -263,14 +264,17 @@ def _frames(
         field = _total(tracks, work)
         record.key = number == numbers[0] or due
         if measure_reuse or rekey_error is not None or measure is not None:
-            again = _recomputed(tracks, scene_frame, work)
+            again, errors = _recomputed(tracks, scene_frame, work)
             _judge(record, field, again, scene_frame, measure)
             if _too_wrong(record, rekey_error, rekey_image):
                 for thing in scene_frame.objects:
                     if tracks[thing.name].carried:
                         tracks[thing.name] = work.key(thing, record)
+                        errors[thing.name] = 0.0
                 field, record.key, moving = _total(tracks, work), True, []
                 _judge(record, field, again, scene_frame, measure)
+            for name, error in errors.items():
+                said.setdefault(name, {})["error_reuse"] = error
         if record.key:
             last_key = number
         blanks = [tracks[name].blank for name in moving]
@@ -313,14 +317,18 @@ def _shown(tracks: dict[str, Track], scene_frame: SceneFrame) -> PointCloud:
 
 def _recomputed(
     tracks: dict[str, Track], scene_frame: SceneFrame, work: _Work
-) -> NDArray[np.complex64]:
-    """The frame with all that was carried computed afresh by the same CGH method."""
+) -> tuple[NDArray[np.complex64], dict[str, float]]:
+    """The frame with all that was carried computed afresh by the same CGH method, and every
+    object's own error against that."""
     whole = Window.full(work.slm)
     field = np.zeros(work.slm.shape, dtype=np.complex64)
+    errors = {}
     for thing in scene_frame.objects:
         track = tracks[thing.name]
-        field += work.compute(_truth(track, thing), whole) if track.carried else track.field
-    return field
+        own = work.compute(_truth(track, thing), whole) if track.carried else track.field
+        errors[thing.name] = relative_error(track.field, own)
+        field += own
+    return field, errors
 
 
 def _judge(
