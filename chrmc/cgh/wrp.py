@@ -8,7 +8,7 @@ The patch is the point's soft footprint, seen from the plane: per axis, the tape
 hologram carried back to the plane by a one-dimensional angular spectrum, cut to the half-width
 |dz|·tan α + guard. Tapering a spherical wave on the plane itself instead looks the same in ray
 optics, but at the Fresnel numbers of a short patch its edges diffract: 11 % wrong at |dz| = 20 mm
-and 36 % at 1 mm, where this form stays below 0.5 % at any dz, nought included.
+and 36 % at 1 mm (one dimension), where this form stays below 0.5 % at any dz, nought included.
 
 Errors against `chrmc.reference`, in this order of size:
 - the cut of the patch: see `guard`;
