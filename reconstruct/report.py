@@ -52,6 +52,16 @@ def table(verdicts: Verdicts) -> Iterator[str]:
         yield f"all {len(shown)} objects are in focus where the scene says"
 
 
+def metric_table(verdicts: Verdicts) -> Iterator[str]:
+    """Where published metrics of each object's region peak, against the expected depth."""
+    names = list(dict.fromkeys(n for v in verdicts for o in v.objects for n in o.metric_depths))
+    yield f"{'frame':>5}  {'object':<10} " + " ".join(f"{n:>10}" for n in names) + "   (µm off)"
+    for verdict in verdicts:
+        for o in verdict.objects:
+            off = [(o.metric_depths[n] - float(o.target.position[2])) * 1e6 for n in names]
+            yield f"{verdict.number:>5}  {o.name:<10.10} " + " ".join(f"{v:>+10.0f}" for v in off)
+
+
 def reason(judged: Any) -> str:
     """Why an object fails, in a few words."""
     if not judged.focus.focused:

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from chrmc.coding import Passband
 from chrmc.optics import Patch
 from reconstruct import metrics
-from reconstruct.focus import Focus, find_focus
+from reconstruct.focus import Focus, find_focus, focus_curve, refine_peak
+from reconstruct.focus_metrics import METRICS
 from reconstruct.four_f import FourF
 from reconstruct.stack import (
     FocalStack,
@@ -71,6 +72,8 @@ class ObjectVerdict:
     contrast, snr (dB), speckle_contrast : at the found depth (`reconstruct.metrics`)
     depth_tolerance, lateral_tolerance : what it was held against, metres
     psnr (dB), ssim : against the reconstruction of the truth; None when that was not asked for
+    metric_depths : where published metrics of the whole region peak, when asked for; they lean
+        towards where points crowd, and do not count for `passed`
     """
 
     name: str
@@ -86,6 +89,7 @@ class ObjectVerdict:
     lateral_tolerance: float
     psnr: float | None = None
     ssim: float | None = None
+    metric_depths: dict[str, float] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain figures for JSON; what was not found is null."""
@@ -106,6 +110,7 @@ class ObjectVerdict:
             "speckle_contrast": self.speckle_contrast,
             "psnr": self.psnr,
             "ssim": self.ssim,
+            "metric_depths": {k: _finite(v) for k, v in self.metric_depths.items()},
             "curve": {
                 "depths": self.focus.depths.tolist(),
                 "sharpness": self.focus.curve.tolist(),
@@ -178,12 +183,14 @@ def judge_object(
     depth_tolerance: float = DEPTH_TOLERANCE,
     lateral_tolerance: float | None = None,
     truth: NDArray[np.complexfloating] | None = None,
+    with_metrics: bool = False,
 ) -> ObjectVerdict:
     """Verdict on one object from a decoded field.
 
     field_ : (H, W) from `system.field(frame)`
     pixel_pitch : of the scene, metres; the lateral tolerance unless one is given
     truth : (H, W) field of the scene itself, for PSNR and SSIM
+    with_metrics : also find where published focus metrics peak
     """
     stack, tile = target_stack(field_, system, target, pixel_pitch)
     x, y, z = (float(v) for v in target.position)
@@ -214,6 +221,9 @@ def judge_object(
             "psnr": metrics.psnr(level, true_plane),
             "ssim": metrics.ssim(level, true_plane),
         }
+    peaks: dict[str, float] = {}
+    if with_metrics:
+        peaks = {n: refine_peak(stack.depths, focus_curve(stack, n)) for n in METRICS}
     return ObjectVerdict(
         target.name,
         target,
@@ -226,6 +236,7 @@ def judge_object(
         speckle_contrast=metrics.speckle_contrast(plane, lit),
         depth_tolerance=depth_tolerance,
         lateral_tolerance=allowed,
+        metric_depths=peaks,
         **likeness,
     )
 
@@ -248,6 +259,7 @@ def judge_frame(
     truth: NDArray[np.complexfloating] | None = None,
     depth_tolerance: float = DEPTH_TOLERANCE,
     lateral_tolerance: float | None = None,
+    with_metrics: bool = False,
 ) -> FrameVerdict:
     """Verdict on every target of one frame of grey levels; one filter pass for all of them."""
     field_ = system.field(frame)
@@ -255,7 +267,14 @@ def judge_frame(
         number,
         [
             judge_object(
-                field_, system, t, pixel_pitch, depth_tolerance, lateral_tolerance, truth
+                field_,
+                system,
+                t,
+                pixel_pitch,
+                depth_tolerance,
+                lateral_tolerance,
+                truth,
+                with_metrics,
             )
             for t in targets
         ],

@@ -75,6 +75,17 @@ def test_mirrored_and_negative_holograms_fail():
     assert judge_frame(255 - frame, SYSTEM, [NEAR_TARGET], PITCH).passed
 
 
+def test_published_metrics_on_request():
+    frame = encode(BOTH, SLM_)
+    found = judge_frame(frame, SYSTEM, [FAR_TARGET], PITCH, with_metrics=True)
+    depths = found.objects[0].metric_depths
+    assert set(depths) == {"variance", "peakedness", "tenengrad", "tamura"}
+    for depth in depths.values():
+        assert depth == pytest.approx(FAR_TARGET.position[2], abs=6e-4)
+    assert len(list(report.metric_table([found]))) == 2
+    assert not judge_frame(frame, SYSTEM, [FAR_TARGET], PITCH).objects[0].metric_depths
+
+
 def test_an_empty_frame_passes():
     assert judge_frame(np.full(SLM_.shape, 128, dtype=np.uint8), SYSTEM, [], PITCH).passed
     assert "empty" in "\n".join(report.table([FrameVerdict(1)]))
