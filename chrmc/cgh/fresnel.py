@@ -30,7 +30,7 @@ def field(
     passband : what the soft footprint of each point ends at; infinite for bare waves
 
     Paraxial error: relative L2 about 0.16 against `chrmc.reference_field` for points at 0.25 m
-    on the full LC-R 1080 (0.15–0.16 on the car and house); it grows as ρ⁴/(8λz³).
+    on the full LC-R 1080 (car and house: 0.16, under single sideband 0.13); it grows as ρ⁴/(8λz³).
     Rounding stays below 1e-5.
     """
     x, y = slm.x(window.columns), slm.y(window.rows)
