@@ -86,7 +86,7 @@ def coverage(
 def expected_power(
     cloud: PointCloud, slm: SLM, wavelength: float, passband: Passband
 ) -> NDArray[np.float64]:
-    """(N,) mean over all pixels of (a/r)²·weight², r taken at the pixel nearest the point's axis.
+    """(N,) mean over all pixels of (a/z)²·weight²; r and z differ by 0.1 % at most at 1.88°.
 
     Points of random phase add in power, so the sum over points is the mean intensity that the
     field is expected to have: it sets a video's grey scale without computing a field.

@@ -1,10 +1,13 @@
 """Arguments that several commands share, and what they mean."""
 
 import re
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
 
+from chrmc.coding import CODINGS
 from chrmc.slm import LC_R_1080, SLM
 
 
@@ -90,4 +93,53 @@ form_option = click.option(
     show_default=True,
     help="points: body-fixed, exact; rgbd: quantised intensity and depth pictures. "
     "A folder is always rgbd.",
+)
+
+
+def stacked(*options: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Several options as one decorator, shown by --help in this order."""
+
+    def decorate(function: Any) -> Any:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return decorate
+
+
+method_options = stacked(
+    click.option("--cgh", default=None, help="CGH method. [curved]"),
+    click.option("--compensation", default=None, help="Video method. [ch-rmc]"),
+    click.option("--surface", default=None, help="Of ch-rmc: object (exact) or paper. [object]"),
+    click.option(
+        "--tolerance",
+        type=float,
+        default=None,
+        help="Largest relative field error against the exact truth. [1e-3]",
+    ),
+)
+
+recipe_options = stacked(
+    method_options,
+    frames_option,
+    click.option("--encoding", type=click.Choice(CODINGS), default="ssb", show_default=True),
+    form_option,
+    slm_option,
+    wavelength_option,
+    click.option(
+        "--gamma", type=float, default=None, help="Grey response: intensity = grey^GAMMA."
+    ),
+    click.option(
+        "--response",
+        type=click.Path(path_type=Path),
+        default=None,
+        help="Grey response: CSV table of grey against intensity.",
+    ),
+    click.option(
+        "--set",
+        "settings",
+        type=Setting(),
+        multiple=True,
+        help="An option of the methods, such as --set radius=0.2. May be repeated.",
+    ),
 )

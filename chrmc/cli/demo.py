@@ -1,10 +1,11 @@
 """`chrmc demo`: the whole path on one scene, with pictures and a verdict."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from chrmc.cli.arguments import form_option
+from chrmc.cli.arguments import form_option, method_options
 
 FRAMES = (1, 21, 51, 80)
 """The frames that the paper shows, and the first."""
@@ -22,22 +23,16 @@ FRAMES = (1, 21, 51, 80)
 @click.option(
     "--monitor", default=None, help="Also play full screen on this monitor. [headless only]"
 )
-@click.option("--cgh", default=None, help="CGH method. [curved]")
-@click.option("--compensation", default=None, help="Video method. [ch-rmc]")
-@click.option("--surface", default=None, help="Of ch-rmc: object (exact) or paper. [object]")
-@click.option("--tolerance", type=float, default=None, help="Largest relative field error. [1e-3]")
+@method_options
 @form_option
 @click.option("--force", is_flag=True, help="Replace another video in the folder.")
 def command(
     scene: str,
     out: Path,
     monitor: str | None,
-    cgh: str | None,
-    compensation: str | None,
-    surface: str | None,
-    tolerance: float | None,
     form: str,
     force: bool,
+    **methods: Any,
 ) -> int:
     """Make, play, reconstruct and check the holograms of SCENE [car-house], all frames.
 
@@ -54,14 +49,7 @@ def command(
     from chrmc.slm import LC_R_1080
     from chrmc.store import open_video, remove_video
 
-    recipe = recipe_for(
-        load_scene(scene, form=form),
-        LC_R_1080,
-        cgh=cgh,
-        compensation=compensation,
-        surface=surface,
-        tolerance=tolerance,
-    )
+    recipe = recipe_for(load_scene(scene, form=form), LC_R_1080, **methods)
     folder = out / "video"
     if force:
         remove_video(folder)

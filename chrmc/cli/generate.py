@@ -5,47 +5,14 @@ from typing import Any
 
 import click
 
-from chrmc.cli.arguments import (
-    Setting,
-    form_option,
-    frames_option,
-    slm_option,
-    wavelength_option,
-)
+from chrmc.cli.arguments import recipe_options
 from chrmc.slm import SLM
 
 
 @click.command("generate")
 @click.argument("scene")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write.")
-@click.option("--cgh", default=None, help="CGH method. [curved]")
-@click.option("--compensation", default=None, help="Video method. [ch-rmc]")
-@click.option("--surface", default=None, help="Of ch-rmc: object (exact) or paper. [object]")
-@click.option(
-    "--tolerance",
-    type=float,
-    default=None,
-    help="Largest relative field error against the exact truth. [1e-3]",
-)
-@frames_option
-@click.option("--encoding", default="ssb", show_default=True, help="ssb, real, bipolar, burch or offaxis.")
-@form_option
-@slm_option
-@wavelength_option
-@click.option("--gamma", type=float, default=None, help="Grey response: intensity = grey^GAMMA.")
-@click.option(
-    "--response",
-    type=click.Path(path_type=Path),
-    default=None,
-    help="Grey response: CSV table of grey against intensity.",
-)
-@click.option(
-    "--set",
-    "settings",
-    type=Setting(),
-    multiple=True,
-    help="An option of the methods, such as --set radius=0.2. May be repeated.",
-)
+@recipe_options
 @click.option(
     "--check-pixels",
     type=click.IntRange(0),

@@ -42,6 +42,19 @@ class Recipe:
         """Passband and carrier of the encoding."""
         return coding_for(self.encoding, self.slm)
 
+    def video(self, first: int, last: int) -> Iterator[VideoFrame]:
+        """Frames first … last, made one by one."""
+        return video(
+            self.scene,
+            self.slm,
+            self.wavelength,
+            cgh=self.cgh,
+            compensation=self.compensation,
+            frames=(first, last),
+            coding=self.coding,
+            **self.options,
+        )
+
 
 def scene_wavelength(scene: Scene, asked: float | None) -> float:
     """The user's wavelength, else the scene's, else the default; metres."""
@@ -110,16 +123,7 @@ def generate(
     missing = [n for n in numbers if n not in writer.entries]
     if not missing:
         return 0
-    made = video(
-        scene,
-        slm,
-        recipe.wavelength,
-        cgh=recipe.cgh,
-        compensation=recipe.compensation,
-        frames=(missing[0], numbers[-1]),
-        coding=recipe.coding,
-        **recipe.options,
-    )
+    made = recipe.video(missing[0], numbers[-1])
     try:
         count = 0
         for frame in progress(made, "generate", total=numbers[-1] - missing[0] + 1):

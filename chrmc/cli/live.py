@@ -2,44 +2,18 @@
 
 import hashlib
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import click
 
-from chrmc.cli.arguments import (
-    Setting,
-    form_option,
-    frames_option,
-    slm_option,
-    wavelength_option,
-)
+from chrmc.cli.arguments import recipe_options
 from chrmc.cli.play import show, surface_options
-from chrmc.coding import CODINGS
 from chrmc.slm import SLM
 
 
 @click.command("live")
 @click.argument("scene")
-@click.option("--cgh", default=None, help="CGH method. [curved]")
-@click.option("--compensation", default=None, help="Video method. [ch-rmc]")
-@click.option("--surface", default=None, help="Of ch-rmc: object (exact) or paper. [object]")
-@click.option("--tolerance", type=float, default=None, help="Largest relative field error. [1e-3]")
-@frames_option
-@click.option("--encoding", type=click.Choice(CODINGS), default="ssb", show_default=True)
-@form_option
-@slm_option
-@wavelength_option
-@click.option("--gamma", type=float, default=None, help="Grey response: intensity = grey^GAMMA.")
-@click.option(
-    "--response",
-    type=click.Path(path_type=Path),
-    default=None,
-    help="Grey response: CSV table of grey against intensity.",
-)
-@click.option(
-    "--set", "settings", type=Setting(), multiple=True, help="An option of the methods: NAME=VALUE."
-)
+@recipe_options
 @click.option("--loop", is_flag=True, help="Begin again after the last frame.")
 @click.option("--ahead", type=int, default=3, show_default=True, help="Frames made ahead.")
 @surface_options
@@ -62,7 +36,6 @@ def command(
     from chrmc.cli.recipes import recipe_for
     from chrmc.scene.load import load_scene
     from chrmc.scene.scene import frame_range
-    from chrmc.video import video
     from display.encode import video_scale
     from display.live import LiveReel
     from display.playlist import Picture
@@ -77,12 +50,7 @@ def command(
     stages: dict[str, float] = {}
 
     def make() -> Iterator[Picture]:
-        made = video(
-            recipe.scene, slm, recipe.wavelength, cgh=recipe.cgh,
-            compensation=recipe.compensation, frames=(numbers[0], numbers[-1]),
-            coding=recipe.coding, **recipe.options,
-        )  # fmt: skip
-        for frame in made:
+        for frame in recipe.video(numbers[0], numbers[-1]):
             levels = grey_levels(frame, recipe, scale)
             for name, seconds in frame.record.stage_seconds.items():
                 stages[name] = stages.get(name, 0.0) + seconds

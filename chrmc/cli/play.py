@@ -9,61 +9,55 @@ from typing import Any
 
 import click
 
-from chrmc.cli.arguments import FrameRange, SLMType
+from chrmc.cli.arguments import FrameRange, SLMType, stacked
 from chrmc.slm import SLM
 
 CHANNELS = ("all", "red", "green", "blue")
 CORNERS = ("top-left", "top-right", "bottom-left", "bottom-right")
 
 
-def surface_options(function: Any) -> Any:
-    """The options of every command that shows something."""
-    for option in reversed(
-        (
-            click.option(
-                "--monitor",
-                default=None,
-                help="Name, part of a name, or index, as `chrmc monitors` lists them. "
-                "[the one that fits the SLM]",
-            ),
-            click.option("--headless", is_flag=True, help="Draw without a screen, through EGL."),
-            click.option("--windowed", is_flag=True, help="Preview in a window on the desktop."),
-            click.option(
-                "--log",
-                type=click.Path(path_type=Path, dir_okay=False),
-                default=None,
-                help="One CSV line per flip; a histogram beside it as .png.",
-            ),
-            click.option("--fps", type=float, default=None, help="Frames per second."),
-            click.option("--every", type=int, default=None, help="Flips per frame. [1]"),
-            click.option("--seconds", type=float, default=None, help="Stop after so long."),
-            click.option(
-                "--channel",
-                type=click.Choice(CHANNELS),
-                default="all",
-                show_default=True,
-                help="Colour channel that the panel shows.",
-            ),
-            click.option(
-                "--trigger",
-                type=click.Choice(CORNERS),
-                default=None,
-                is_flag=False,
-                flag_value="bottom-right",
-                help="A square in a corner that toggles with every frame, for a photodiode.",
-            ),
-            click.option(
-                "--trigger-size", type=int, default=40, show_default=True, help="Its side, pixels."
-            ),
-            click.option(
-                "--verify",
-                is_flag=True,
-                help="Read every frame back and compare it to the pixel; exit 1 on a difference.",
-            ),
-        )
-    ):
-        function = option(function)
-    return function
+surface_options = stacked(
+    click.option(
+        "--monitor",
+        default=None,
+        help="Name, part of a name, or index, as `chrmc monitors` lists them. "
+        "[the one that fits the SLM]",
+    ),
+    click.option("--headless", is_flag=True, help="Draw without a screen, through EGL."),
+    click.option("--windowed", is_flag=True, help="Preview in a window on the desktop."),
+    click.option(
+        "--log",
+        type=click.Path(path_type=Path, dir_okay=False),
+        default=None,
+        help="One CSV line per flip; a histogram beside it as .png.",
+    ),
+    click.option("--fps", type=float, default=None, help="Frames per second."),
+    click.option("--every", type=int, default=None, help="Flips per frame. [1]"),
+    click.option("--seconds", type=float, default=None, help="Stop after so long."),
+    click.option(
+        "--channel",
+        type=click.Choice(CHANNELS),
+        default="all",
+        show_default=True,
+        help="Colour channel that the panel shows.",
+    ),
+    click.option(
+        "--trigger",
+        type=click.Choice(CORNERS),
+        default=None,
+        is_flag=False,
+        flag_value="bottom-right",
+        help="A square in a corner that toggles with every frame, for a photodiode.",
+    ),
+    click.option(
+        "--trigger-size", type=int, default=40, show_default=True, help="Its side, pixels."
+    ),
+    click.option(
+        "--verify",
+        is_flag=True,
+        help="Read every frame back and compare it to the pixel; exit 1 on a difference.",
+    ),
+)
 
 
 @click.command("play")
