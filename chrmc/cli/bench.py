@@ -10,6 +10,8 @@ SUBCOMMANDS: dict[str, tuple[str, str]] = {
     "table2": ("chrmc.cli.bench_table2", "The NLUT videos and CH-RMC: Table 2 of the paper."),
     "rmc": ("chrmc.cli.bench_rmc", "Error and PSNR of the published CH-RMC along a video."),
     "paper": ("chrmc.cli.bench_paper", "The paper's numbers recomputed: consistent or not."),
+    "tradeoff": ("chrmc.cli.bench_tradeoff", "Time against error of every method and setting."),
+    "speed": ("chrmc.cli.bench_speed", "The low-rank methods timed on this machine."),
     "encodings": ("chrmc.cli.bench_encodings", "Efficiency and error of every encoding."),
     "propagation": ("chrmc.cli.bench_propagation", "Propagation against independent ones."),
 }

@@ -119,8 +119,8 @@ def field_of(
         add_field(
             out,
             part,
-            phasor(reference_cycles(x, its.x, its.z, wavelength)),
-            phasor(reference_cycles(y, its.y, its.z, wavelength)),
+            phasor(reference_cycles(x, its.x, its.z_x, wavelength)),
+            phasor(reference_cycles(y, its.y, its.z_y, wavelength)),
             add=number > 0 or base is not None,
         )
     return out
@@ -142,8 +142,8 @@ def signal_of(
         add_signal(
             out,
             part,
-            phasor(reference_cycles(x, its.x, its.z, wavelength)),
-            phasor(reference_cycles(y, its.y, its.z, wavelength) + carrier * y),
+            phasor(reference_cycles(x, its.x, its.z_x, wavelength)),
+            phasor(reference_cycles(y, its.y, its.z_y, wavelength) + carrier * y),
             add=number > 0 or base is not None,
         )
     return out

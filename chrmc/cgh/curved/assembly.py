@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.nodes import Axis
-from chrmc.cgh.curved.tables import Reference
+from chrmc.cgh.curved.wave import Reference
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]

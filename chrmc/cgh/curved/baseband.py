@@ -7,14 +7,9 @@ from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.assembly import Factor, add_field, phasor, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, make_axis
-from chrmc.cgh.curved.tables import (
-    Reference,
-    Series,
-    exact_baseband,
-    make_series,
-    plane_kernel,
-    separable_baseband,
-)
+from chrmc.cgh.curved.series import Series, make_series
+from chrmc.cgh.curved.tables import exact_baseband, separable_baseband
+from chrmc.cgh.curved.wave import Reference
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
@@ -64,7 +59,7 @@ def make_factor(
     Where sub-clusters have a series each, their largest relative rms remainder stands for them.
     """
     box = clusters.bounding_box(cloud.positions)
-    reference = clusters.reference_of(box)
+    reference = clusters.reference_of(box, plane)
     axis_x, axis_y = cluster_axes(cloud, reference, targets, pitch, plane, tolerance)
     if not axis_x.panels or not axis_y.panels:
         empty = np.zeros((len(axis_y.nodes), len(axis_x.nodes)), dtype=np.float32)
@@ -97,8 +92,8 @@ def sum_points(
             clusters.leaves(cloud, box, grid), axis_x, axis_y, reference, plane, tolerance
         )
     if series is None:
-        series = series_for(cloud, axis_x, axis_y, plane, tolerance)
-    if series is None or len(series.orders) > 60:
+        series = series_for(cloud, axis_x, axis_y, reference, plane, tolerance)
+    if series is None or series.terms > 60:
         real, imag = exact_baseband(cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach)
         return real, imag, 0.0
     precision = np.float32 if tolerance >= _SINGLE else np.float64
@@ -111,14 +106,19 @@ def sum_points(
 
 
 def series_for(
-    cloud: PointCloud, axis_x: Axis, axis_y: Axis, plane: Plane, tolerance: float
+    cloud: PointCloud,
+    axis_x: Axis,
+    axis_y: Axis,
+    reference: Reference,
+    plane: Plane,
+    tolerance: float,
 ) -> Series | None:
     """The series of the non-separable rest for a cloud's points and some nodes."""
     return make_series(
         (float(axis_x.nodes[0]), float(axis_x.nodes[-1])),
         (float(axis_y.nodes[0]), float(axis_y.nodes[-1])),
         clusters.bounding_box(cloud.positions),
-        plane_kernel(plane.wavelength),
+        reference.kernel(plane.wavelength),
         tolerance * _SERIES_SHARE,
     )
 
@@ -134,14 +134,14 @@ def _from_leaves(
     """Baseband at a cluster's nodes, summed over sub-clusters' own few nodes."""
     x, y = axis_x.nodes, axis_y.nodes
     total = np.zeros((len(y), len(x)), dtype=np.complex64)
-    own_x = reference_cycles(x, reference.x, reference.z, plane.wavelength)
-    own_y = reference_cycles(y, reference.y, reference.z, plane.wavelength)
+    own_x = reference_cycles(x, reference.x, reference.z_x, plane.wavelength)
+    own_y = reference_cycles(y, reference.y, reference.z_y, plane.wavelength)
     dropped = 0.0
     for part in parts:
         factor, left_out = make_factor(part, (x, y), None, plane, tolerance, leaf=True)
         its = factor.reference
-        turn_x = phasor(reference_cycles(x, its.x, its.z, plane.wavelength) - own_x)
-        turn_y = phasor(reference_cycles(y, its.y, its.z, plane.wavelength) - own_y)
+        turn_x = phasor(reference_cycles(x, its.x, its.z_x, plane.wavelength) - own_x)
+        turn_y = phasor(reference_cycles(y, its.y, its.z_y, plane.wavelength) - own_y)
         add_field(total, factor, turn_x, turn_y, add=True)
         dropped = max(dropped, left_out if isinstance(left_out, float) else left_out.dropped)
     return total.real.copy(), total.imag.copy(), dropped

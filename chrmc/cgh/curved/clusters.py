@@ -6,15 +6,15 @@ from math import ceil, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.nodes import Extent, local_frequency
-from chrmc.cgh.curved.tables import Reference
+from chrmc.cgh.curved.nodes import Extent
+from chrmc.cgh.curved.wave import Reference
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
 
 # Costs in multiply-adds of a matrix product, as measured: a table entry, a cluster's fixed work.
 _ENTRY = 500.0
-_CLUSTER = 8e7
+_CLUSTER = 2.5e8
 
 
 @dataclass(frozen=True)
@@ -36,40 +36,56 @@ def bounding_box(positions: Floats) -> Floats:
     return np.stack([positions.min(axis=0), positions.max(axis=0)], axis=1)
 
 
-def reference_of(box: Floats) -> Reference:
+_FAR = 0.6  # rms distance on the hologram, of the largest: halves what is not separable
+
+
+def reference_of(box: Floats, plane: Plane) -> Reference:
     """Centre of a box; in depth the one that halves the range of 1/z, as curvatures go."""
     x, y = box[:2].mean(axis=1)
     z = 2 / (1 / box[2, 0] + 1 / box[2, 1])
-    return Reference(float(x), float(y), float(z))
+    return reference_at((float(x), float(y), float(z)), box, plane)
+
+
+def reference_at(centre: tuple[float, float, float], box: Floats, plane: Plane) -> Reference:
+    """The reference wave from a given centre, for points in a box."""
+    far_x, far_y = farthest(box, plane)
+    return Reference(*centre, _FAR * far_x, _FAR * far_y)
+
+
+def farthest(box: Floats, plane: Plane) -> tuple[float, float]:
+    """Largest distance along x and y of a target from a point whose footprint holds it."""
+    far = []
+    for axis, span in enumerate((plane.x, plane.y)):
+        both = max(abs(span[1] - box[axis, 0]), abs(span[0] - box[axis, 1]))
+        far.append(min(float(both), float(box[2, 1]) * plane.reach[axis]))
+    return far[0], far[1]
 
 
 def extents(box: Floats, reference: Reference, plane: Plane) -> tuple[Extent, Extent]:
     """The box along x and along y."""
-    farthest = []
-    for axis, span in enumerate((plane.x, plane.y)):
-        far = max(abs(span[1] - box[axis, 0]), abs(span[0] - box[axis, 1]))
-        farthest.append(min(far, float(box[2, 1]) * plane.reach[axis]))
+    far_x, far_y = farthest(box, plane)
     (x_low, x_high), (y_low, y_high), (z_low, z_high) = box.tolist()
     return (
-        Extent(x_low, x_high, z_low, z_high, reference.x, reference.z, farthest[1]),
-        Extent(y_low, y_high, z_low, z_high, reference.y, reference.z, farthest[0]),
+        Extent(x_low, x_high, z_low, z_high, reference.x, reference.z_x, far_y),
+        Extent(y_low, y_high, z_low, z_high, reference.y, reference.z_y, far_x),
     )
 
 
-def support(axis: int, box: Floats, plane: Plane) -> tuple[float, float]:
-    """Range of the targets that the box's footprints reach along one axis."""
-    low, high, _ = plane.x if axis == 0 else plane.y
-    reach = float(box[2, 1]) * plane.reach[axis]
-    return max(low, box[axis, 0] - reach), min(high, box[axis, 1] + reach)
-
-
 def _kappas(box: Floats, plane: Plane) -> tuple[float, float]:
-    """π·(bandwidth)·(length) of the baseband along x and y."""
+    """π·(bandwidth)·(length) of the baseband along x and y, in the paraxial estimate.
+
+    A point at half the cluster's width differs by (width/2)/z in direction, one at its front or
+    back by half the range of 1/z times the distance to the farthest target.
+    """
+    (z_low, z_high) = float(box[2, 0]), float(box[2, 1])
     both = []
-    for axis, extent in enumerate(extents(box, reference_of(box), plane)):
-        low, high = support(axis, box, plane)
-        f = local_frequency(np.linspace(low, high, 3), extent, plane.wavelength)
-        both.append(pi * f * max(high - low, 0.0))
+    for axis, (first, last, _) in enumerate((plane.x, plane.y)):
+        low, high = float(box[axis, 0]), float(box[axis, 1])
+        reach = z_high * plane.reach[axis]
+        length = min(last, high + reach) - max(first, low - reach)
+        far = min(max(last - low, high - first), reach)
+        sine = (high - low) / 2 / z_low + far * (1 / z_low - 1 / z_high) / 2
+        both.append(pi * min(sine, 2.0) / plane.wavelength * max(length, 0.0))
     return both[0], both[1]
 
 
@@ -94,8 +110,16 @@ def split(cloud: PointCloud, plane: Plane) -> list[PointCloud]:
         return [cloud]
     best, chosen = whole * 0.9, None
     for axis in range(3):
-        for cut in _cuts(cloud.positions[:, axis], box[axis]):
-            low = cloud.positions[:, axis] < cut
+        values = cloud.positions[:, axis]
+        for cut in _cuts(values, box[axis]):
+            if cut is None:
+                # In half: worth a look at the points only if halves of the box would pay.
+                cut = float(box[axis].mean())
+                half = box.copy()
+                half[axis, 1] = cut
+                if 2 * _cost(half, (len(cloud) + 1) // 2, plane) >= best:
+                    continue
+            low = values < cut
             size = int(np.count_nonzero(low))
             if size in (0, len(cloud)):
                 continue
@@ -108,18 +132,17 @@ def split(cloud: PointCloud, plane: Plane) -> list[PointCloud]:
     return split(cloud.select(chosen), plane) + split(cloud.select(~chosen), plane)
 
 
-def _cuts(values: Floats, span: Floats) -> list[float]:
-    """The middle of the range, and the middle of the widest gap."""
-    if span[1] <= span[0]:
+def _cuts(values: Floats, span: Floats) -> list[float | None]:
+    """The middle of a wide gap, and None for the middle of the range."""
+    width = float(span[1] - span[0])
+    if width <= 0:
         return []
-    edges = np.linspace(span[0], span[1], 33)
-    filled = np.flatnonzero(np.histogram(values, edges)[0])
-    gaps = np.diff(filled)
-    cuts = [float(span.mean())]
-    if gaps.size and gaps.max() > 1:
-        at = int(np.argmax(gaps))
-        cuts.append(float((edges[filled[at] + 1] + edges[filled[at + 1]]) / 2))
-    return cuts
+    ordered = np.sort(values if len(values) <= 20_000 else values[:: len(values) // 10_000])
+    gaps = np.diff(ordered)
+    at = int(np.argmax(gaps)) if len(gaps) else 0
+    if len(gaps) and gaps[at] > 0.1 * width:
+        return [float(ordered[at] + gaps[at] / 2), None]
+    return [None]
 
 
 def leaf_grid(box: Floats, count: int, nodes: tuple[int, int], plane: Plane) -> tuple[int, int]:

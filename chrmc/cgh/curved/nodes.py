@@ -6,10 +6,11 @@ Several short panels need a few more nodes in all than one long one, but each ta
 depends on the nodes of its own panel alone, which makes the two GEMMs several times smaller.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from math import ceil, log10, pi
+from math import ceil, hypot, log10, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,16 +146,18 @@ class Extent:
     across: float
 
 
-def local_frequency(t: Floats, extent: Extent, wavelength: float) -> float:
+def local_frequency(targets: Iterable[float], extent: Extent, wavelength: float) -> float:
     """Largest |∂phase/∂t|/2π at targets t, of a wave in the extent against the reference."""
-    x = np.array([extent.low, extent.high])[:, None, None, None]
-    z = np.array([extent.z_low, extent.z_high])[:, None, None]
-    across = np.array([0.0, extent.across])[:, None]
-    offset = t - x
-    sine = offset / np.sqrt(offset**2 + across**2 + z**2)
-    own = t - extent.centre
-    reference = own / np.sqrt(own**2 + extent.z_centre**2)
-    return float(np.max(np.abs(sine - reference))) / wavelength
+    largest = 0.0
+    for t in targets:
+        own = t - extent.centre
+        reference = own / hypot(own, extent.z_centre)
+        for x in (extent.low, extent.high):
+            for z in (extent.z_low, extent.z_high):
+                for across in (0.0, extent.across):
+                    sine = (t - x) / sqrt((t - x) ** 2 + across**2 + z**2)
+                    largest = max(largest, abs(sine - reference))
+    return largest / wavelength
 
 
 def make_axis(
@@ -196,9 +199,10 @@ def make_axis(
     for start, stop, tapered in parts:
         if stop <= start:
             continue
-        span = np.linspace(targets[start], targets[stop - 1], 5)
+        low, high = float(targets[start]), float(targets[stop - 1])
+        span = (low, (low + high) / 2, high)
         frequency = local_frequency(span, extent, wavelength) + (edge if tapered else 0.0)
-        length = targets[stop - 1] - targets[start] + (pitch or 0.0)
+        length = high - low + (pitch or 0.0)
         pieces = max(1, min(stop - start, round(pi * frequency * length / panel_kappa)))
         # Where the pixels are no finer than the nodes would be, they are the nodes.
         if node_count(pi * frequency * length / pieces, tolerance) * pieces >= stop - start:

@@ -6,6 +6,7 @@ Errors of points with unrelated phases add in power. The light they are relative
 the baseband at the nodes.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi, sqrt
 
@@ -14,14 +15,15 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.assembly import Factor
 from chrmc.cgh.curved.nodes import Axis, chebyshev
-from chrmc.cgh.curved.tables import Series, axis_cycles, phasors, residual
+from chrmc.cgh.curved.series import Series
+from chrmc.cgh.curved.wave import axis_cycles, phasors
 from chrmc.footprint import taper
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
 
-_POINTS = 24  # points that are tried
-_TARGETS = 5  # targets of each panel that are tried
+_POINTS = 8  # strongest, outermost in x and in y, and other points that are tried
+_TARGETS = 4  # targets of each panel that are tried; more where there are few panels
 ROUNDING = 5e-7
 """Relative error that single-precision products and pixels leave."""
 
@@ -45,34 +47,17 @@ class Budget:
 
 
 def axis_powers(
-    axis: Axis,
-    targets: Floats,
-    x: Floats,
-    z: Floats,
-    centre: float,
-    z_centre: float,
-    across: Floats,
-    wavelength: float,
-    reach: float,
+    axis: Axis, targets: Floats, wave: Callable[[Floats], NDArray[np.complex128]]
 ) -> tuple[Floats, Floats]:
     """(N,) power of each point along one axis, and of its interpolation error, over targets.
 
-    across : (N,) each point's distance, along the other axis, from the line that is tried
+    wave : places on the axis to (N, places) waves of the points over the reference
     """
-
-    def wave(t: Floats) -> NDArray[np.complex128]:
-        cycles = axis_cycles(t, x, z, centre, z_centre, wavelength)
-        out = phasors(2 * pi * (cycles - np.rint(cycles)))
-        out *= residual(t - x[:, None], across[:, None], z[:, None], wavelength)
-        if np.isfinite(reach):
-            out *= taper(t - x[:, None], (z * reach)[:, None])
-        return out
-
     at_nodes = wave(axis.nodes)
     # A low-discrepancy choice of targets: fractions of the golden section.
     picks, guesses, shares = [], [], []
     for panel in axis.panels:
-        n = min(_TARGETS, panel.target_count)
+        n = min(max(_TARGETS, 16 // len(axis.panels)), panel.target_count)
         index = ((np.arange(n) + 0.618) / n * panel.target_count).astype(np.intp)
         index = np.minimum(index, panel.target_count - 1)
         picks.append(targets[panel.targets][index])
@@ -116,34 +101,35 @@ def budget_of(
     """
     if not factor.real.size:
         return Budget(0.0, 0.0)
-    strength = (cloud.amplitude / cloud.positions[:, 2]) ** 2
-    chosen, share = _sample(strength)
-    x, y, z = cloud.positions[chosen].T
     its = factor.reference
-    light_x, miss_x = axis_powers(
-        factor.axis_x,
-        targets[0],
-        x,
-        z,
-        its.x,
-        its.z,
-        _lines(factor.axis_y, y),
-        wavelength,
-        reach[0],
-    )
-    light_y, miss_y = axis_powers(
-        factor.axis_y,
-        targets[1],
-        y,
-        z,
-        its.y,
-        its.z,
-        _lines(factor.axis_x, x),
-        wavelength,
-        reach[1],
-    )
+    strength = (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
+    chosen, share = _sample(strength, cloud.positions)
+    x, y, z = cloud.positions[chosen].T
+    lines = _lines(factor.axis_x, x), _lines(factor.axis_y, y)
+
+    def along_x(t: Floats) -> NDArray[np.complex128]:
+        return _wave(t, x, z, its.along_x(z), its.x, its.z_x, reach[0]) * its.residual(
+            t - x[:, None], lines[1][:, None], z[:, None], wavelength
+        )
+
+    def along_y(t: Floats) -> NDArray[np.complex128]:
+        return _wave(t, y, z, its.along_y(z), its.y, its.z_y, reach[1]) * its.residual(
+            lines[0][:, None], t - y[:, None], z[:, None], wavelength
+        )
+
+    def _wave(
+        t: Floats, x: Floats, z: Floats, depth: Floats, centre: float, own: float, reach: float
+    ) -> NDArray[np.complex128]:
+        cycles = axis_cycles(t, x, depth, centre, own, wavelength)
+        out = phasors(2 * pi * (cycles - np.rint(cycles)))
+        if np.isfinite(reach):
+            out *= taper(t - x[:, None], (z * reach)[:, None])
+        return out
+
+    light_x, miss_x = axis_powers(factor.axis_x, targets[0], along_x)
+    light_y, miss_y = axis_powers(factor.axis_y, targets[1], along_y)
     if isinstance(series, Series):
-        dropped = series.missed(cloud.positions[chosen], wavelength, reach)
+        dropped = series.missed(cloud.positions[chosen], its.kernel(wavelength), reach)
     else:
         dropped = np.full(len(chosen), series**2)
     error = miss_x * light_y + light_x * miss_y + (dropped + ROUNDING**2) * light_x * light_y
@@ -156,14 +142,19 @@ def _lines(axis: Axis, x: Floats) -> Floats:
     return np.resize(lines, len(x)) - x
 
 
-def _sample(strength: Floats) -> tuple[NDArray[np.intp], Floats]:
-    """Points to try, and the strength that each stands for: the strongest, and some others."""
+def _sample(strength: Floats, positions: Floats) -> tuple[NDArray[np.intp], Floats]:
+    """Points to try, and the strength that each stands for.
+
+    The strongest, the outermost, whose error is by far the largest, and some for all the others.
+    """
     count = len(strength)
-    if count <= _POINTS:
+    if count <= 4 * _POINTS:
         return np.arange(count), strength
-    strongest = np.argpartition(strength, count - _POINTS // 2)[count - _POINTS // 2 :]
-    rest = np.setdiff1d(np.linspace(0, count - 1, _POINTS // 2).astype(np.intp), strongest)
+    middle = (positions.min(axis=0) + positions.max(axis=0)) / 2
+    rank = np.stack([strength, *np.abs(positions - middle)[:, :2].T])
+    special = np.unique(np.argpartition(rank, count - _POINTS, axis=1)[:, count - _POINTS :])
+    rest = np.setdiff1d(np.linspace(0, count - 1, _POINTS + 4).astype(np.intp), special)
     share = strength[rest]
     if share.any():
-        share = share * (strength.sum() - strength[strongest].sum()) / share.sum()
-    return np.concatenate([strongest, rest]), np.concatenate([strength[strongest], share])
+        share = share * (strength.sum() - strength[special].sum()) / share.sum()
+    return np.concatenate([special, rest]), np.concatenate([strength[special], share])

@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.assembly import Factor
 from chrmc.cgh.curved.baseband import cluster_axes, series_for, sum_points
-from chrmc.cgh.curved.clusters import Plane
+from chrmc.cgh.curved.clusters import Plane, bounding_box, reference_at
 from chrmc.cgh.curved.nodes import Axis, part_of
 from chrmc.cgh.curved.predict import Budget, budget_of
-from chrmc.cgh.curved.tables import Reference, Series, residual
+from chrmc.cgh.curved.series import Series
+from chrmc.cgh.curved.wave import Reference
 from chrmc.footprint import SOFT_SHARE
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Pose
@@ -102,7 +103,8 @@ class Group:
                 appeared = vanished = np.zeros(0, dtype=np.intp)
         with record.stage("PA"):
             centre = pose.apply(self._middle[None])[0]
-            reference = Reference(*(float(v) for v in centre))
+            cx, cy, cz = centre.tolist()
+            reference = reference_at((cx, cy, cz), bounding_box(thing.cloud.positions), self._plane)
             axis_x, axis_y = cluster_axes(
                 thing.cloud, reference, self._targets, self._pitch, self._plane, self._tolerance
             )
@@ -116,16 +118,15 @@ class Group:
             shared = None
             if baseband.size and len(thing.cloud) < _MANY:
                 every = PointCloud.concatenate([thing.cloud, changed])
-                shared = series_for(every, axis_x, axis_y, self._plane, self._tolerance)
+                shared = series_for(every, axis_x, axis_y, reference, self._plane, self._tolerance)
         if len(at_x) and len(at_y):
             x, y = smooth_x.nodes, smooth_y.nodes
             with record.stage("RMC"):
                 m = self._sphere.look_up(self._axes @ pose.rotation.T, centre, x, y)
-                wave = residual(
-                    x - centre[0], y[:, None] - centre[1], centre[2:], self._plane.wavelength
-                )
-                start = centre[2] / self._plane.wavelength
-                wave *= np.exp(2j * np.pi * (start - np.rint(start))) / centre[2]
+                wavelength = self._plane.wavelength
+                wave = reference.residual(x - cx, y[:, None] - cy, centre[2:], wavelength)
+                start = float(reference.start(centre[2:], wavelength)[0])
+                wave *= np.exp(2j * np.pi * start) * float(reference.modulus(centre[2:])[0])
                 m *= wave.astype(np.complex64)
             if len(appeared) + len(vanished):
                 with record.stage("EC"):

@@ -18,7 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.nodes import chebyshev, interpolation, node_count
-from chrmc.cgh.curved.tables import Kernel, Series, fold, make_series, products, weigh
+from chrmc.cgh.curved.series import Series, make_series
+from chrmc.cgh.curved.tables import fold, products, weigh
+from chrmc.cgh.curved.wave import Kernel
 from chrmc.scene.points import PointCloud
 from chrmc.video.ch_rmc.object_taps import rms_error, step_for, taps_for, weights
 

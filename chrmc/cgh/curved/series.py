@@ -1,0 +1,193 @@
+"""A function of target and point as a short sum of products of the two.
+
+G(x, y; point) ≈ Σ_l F_l(x, y)·P_l(point): expanded in products of Chebyshev polynomials of the
+point's place, of which those terms stay that the tolerance needs, then turned so that fewer do.
+"""
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh.curved.nodes import chebyshev, interpolation, node_count
+from chrmc.cgh.curved.wave import Kernel, phasors
+
+Floats = NDArray[np.float64]
+Reals = NDArray[np.floating]
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """G ≈ Σ_l F_l(x, y)·P_l(point) over a box of points and a rectangle of the hologram.
+
+    orders : (K, 3) degrees of the Chebyshev polynomials in x, y, z of the point
+    mix : (L, K) P_l as sums of them
+    box : (3, 2) lowest and highest x, y, z
+    grid : half-open, the Chebyshev grid of `values`: (low, high, count) for x and for y
+    values : (L, ny, nx) complex128 F_l on that grid
+    dropped : relative rms of the terms left out
+    """
+
+    orders: NDArray[np.intp]
+    mix: Floats
+    box: Floats
+    grid: tuple[tuple[float, float, int], tuple[float, float, int]]
+    values: NDArray[np.complex128]
+    dropped: float
+
+    def at_points(self, positions: Floats) -> Floats:
+        """(L, N) P_l of each point."""
+        out = np.ones((len(self.orders), len(positions)))
+        for axis in range(3):
+            low, high = self.box[axis]
+            top = int(self.orders[:, axis].max())
+            if top == 0:
+                continue
+            u = (2 * positions[:, axis] - low - high) / (high - low)
+            polynomials = [np.ones_like(u), u]
+            while len(polynomials) <= top:
+                polynomials.append(2 * u * polynomials[-1] - polynomials[-2])
+            for row, degree in enumerate(self.orders[:, axis]):
+                if degree:
+                    out[row] *= polynomials[degree]
+        return self.mix @ out
+
+    @property
+    def terms(self) -> int:
+        """How many products it has."""
+        return len(self.mix)
+
+    def missed(self, positions: Floats, kernel: Kernel, reach: tuple[float, float]) -> Floats:
+        """(N,) mean of |G − Σ F·P|²/|G|² over the grid inside each point's footprint."""
+        x, y = ((low + high) / 2 + (high - low) / 2 * chebyshev(n) for low, high, n in self.grid)
+        px, py, pz = positions.T[:, :, None, None]
+        y = y[:, None]
+        exact = phasors(*kernel(x, y, px, py, pz))
+        series = np.tensordot(self.at_points(positions), self.values, (0, 0))
+        inside = (np.abs(x - px) < pz * reach[0]) & (np.abs(y - py) < pz * reach[1])
+        inside |= ~inside.any(axis=(1, 2), keepdims=True)
+        ratio: Floats = np.mean(np.abs(exact - series) ** 2, axis=(1, 2), where=inside)
+        return ratio / np.mean(np.abs(exact) ** 2, axis=(1, 2), where=inside)
+
+    def on_grid(self, x: Floats, y: Floats, precision: type[np.floating]) -> tuple[Reals, Reals]:
+        """Real and imaginary parts of F_l at nodes, (L, len(y), len(x)) each."""
+        to_x, to_y = (
+            interpolation(
+                n, (2 * t - low - high) / (high - low) if high > low else np.zeros(len(t))
+            )
+            for t, (low, high, n) in zip((x, y), self.grid, strict=True)
+        )
+        flat = self.values.reshape(-1, self.values.shape[2])
+        parts = []
+        for part in (flat.real, flat.imag):
+            wide = (part @ to_x.T).reshape(self.terms, self.values.shape[1], -1)
+            parts.append((to_y @ wide).astype(precision))
+        return parts[0], parts[1]
+
+
+def _transform(count: int) -> Floats:
+    """(count, count) values at Chebyshev nodes → Chebyshev coefficients."""
+    polynomials = np.cos(np.arange(count)[:, None] * np.arccos(np.clip(chebyshev(count), -1, 1)))
+    polynomials *= 2 / count
+    polynomials[0] /= 2
+    return polynomials
+
+
+MOST_SAMPLES = 3_000_000
+
+
+def make_series(
+    x_range: tuple[float, float],
+    y_range: tuple[float, float],
+    box: Floats,
+    kernel: Kernel,
+    tolerance: float,
+) -> Series | None:
+    """The shortest `Series` with a relative rms remainder below `tolerance`; None when too long.
+
+    x_range, y_range : the nodes' range, on the hologram for `plane_kernel`
+    box : (3, 2) the points' range
+    kernel : the function to expand
+    """
+    counts = _sample_counts(x_range, y_range, box, kernel, tolerance)
+    if np.prod(counts, dtype=float) > MOST_SAMPLES:
+        return None
+    grids = [
+        (low + high) / 2 + (high - low) / 2 * chebyshev(n)
+        for (low, high), n in zip((x_range, y_range, *box), counts, strict=True)
+    ]
+    # axes: hologram y, hologram x, point x, point y, point z
+    tx, ty, px, py, pz = grids
+    radians, modulus = kernel(
+        tx[None, :, None, None, None], ty[:, None, None, None, None], px[:, None, None],
+        py[:, None], pz,
+    )  # fmt: skip
+    samples = phasors(radians, modulus)
+    weight = np.ones(())
+    for axis, n in zip((2, 3, 4), counts[2:], strict=True):
+        samples = np.moveaxis(np.tensordot(samples, _transform(n), (axis, 1)), -1, axis)
+        mean_square = np.full(n, 0.5)
+        mean_square[0] = 1.0
+        weight = np.multiply.outer(weight, mean_square)
+    power = np.mean(np.abs(samples) ** 2, axis=(0, 1)) * weight
+    order = np.argsort(power, axis=None)[::-1]
+    left = np.cumsum(power.ravel()[order][::-1])[::-1]
+    total = left[0]
+    # Half of the error, in power, to the polynomials left out, half to what turning them saves.
+    keep = max(1, int(np.searchsorted(-left, -total * tolerance**2 / 2)))
+    chosen = np.stack(np.unravel_index(order[:keep], power.shape), axis=1)
+    values = np.stack([samples[:, :, a, b, c] for a, b, c in chosen])
+    lost = left[keep] if keep < len(left) else 0.0
+    values, mix, more = _turn(
+        values, np.sqrt(weight.ravel()[order[:keep]]), total * tolerance**2 / 2
+    )
+    return Series(
+        chosen, mix, box, ((*x_range, counts[0]), (*y_range, counts[1])), values,
+        sqrt(float(lost + more) / float(total)),
+    )  # fmt: skip
+
+
+def _turn(
+    values: NDArray[np.complex128], size: Floats, allowed: float
+) -> tuple[NDArray[np.complex128], Floats, float]:
+    """Fewer terms by a real singular value decomposition of F_l, weighted with the P_l's rms.
+
+    allowed : power that may be left out
+    Returns new F_l, the mix of polynomials in each new P_l, and the power left out.
+    """
+    flat = (values * size[:, None, None]).reshape(len(values), -1)
+    real = np.concatenate([flat.real, flat.imag], axis=1) / np.sqrt(flat.shape[1])
+    squares, vectors = np.linalg.eigh(real @ real.T)
+    squares, vectors = np.maximum(squares[::-1], 0), vectors[:, ::-1]
+    left = np.append(np.cumsum(squares[::-1])[::-1], 0.0)
+    keep = max(1, int(np.count_nonzero(left[:-1] > allowed)))
+    mix = vectors[:, :keep].T / size
+    turned = np.tensordot(vectors[:, :keep].T, values * size[:, None, None], 1)
+    return turned, mix, float(left[keep])
+
+
+def _sample_counts(
+    x_range: tuple[float, float],
+    y_range: tuple[float, float],
+    box: Floats,
+    kernel: Kernel,
+    tolerance: float,
+) -> list[int]:
+    """Chebyshev samples that resolve a kernel along target x, y and point x, y, z."""
+    tx, ty = (np.linspace(low, high, 5) for low, high in (x_range, y_range))
+    px, py, pz = (np.unique([low, (low + high) / 2, high]) for low, high in box)
+    shape = (5, 5, len(px), len(py), len(pz))
+    radians, modulus = kernel(
+        tx[:, None, None, None, None], ty[:, None, None, None], px[:, None, None], py[:, None], pz
+    )
+    both = [np.broadcast_to(v, shape) for v in (radians, np.log(modulus))]
+    counts = []
+    for axis, samples in enumerate(shape):
+        # The steepest slope of the phase, and of the modulus's logarithm, over [−1, 1].
+        slope = sum(float(np.max(np.abs(np.diff(v, axis=axis)), initial=0.0)) for v in both)
+        slope *= (samples - 1) / 2
+        counts.append(1 if samples == 1 else 1 + node_count(slope, tolerance / 10))
+    for axis, (low, high) in enumerate((x_range, y_range)):
+        counts[axis] = max(counts[axis], 4) if high > low else 1
+    return counts

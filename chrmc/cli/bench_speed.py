@@ -1,0 +1,83 @@
+"""`chrmc bench speed`: the low-rank forms timed on this machine."""
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from chrmc.cli.arguments import slm_option, wavelength_option
+from chrmc.slm import SLM
+
+if TYPE_CHECKING:
+    from chrmc.bench.speed import Timed
+
+
+@click.command("speed")
+@click.option("--rounds", default=9, show_default=True, help="Of each single frame.")
+@click.option("--last", default=80, show_default=True, help="Last frame of the videos.")
+@click.option("--points", "most", default=1_000_000, show_default=True, help="Largest cloud.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    default=None,
+    help="Write the table here too.",
+)
+@slm_option
+@wavelength_option
+def command(
+    rounds: int, last: int, most: int, out: Path | None, slm: SLM, wavelength: float | None
+) -> None:
+    """Time `curved` and object-centred CH-RMC, against a separable Fresnel product.
+
+    Timed in turn on a fresh cloud each; medians, the least beside them. A busy machine spoils the
+    times more than the ratios.
+    """
+    from chrmc.bench import speed
+    from chrmc.files import replacing
+    from chrmc.scene.load import load_scene
+    from chrmc.slm import WAVELENGTH
+    from display.encode import encode_signal, video_scale
+
+    wave = wavelength or WAVELENGTH
+    last = max(1, min(last, 80))
+    lines = [f"{slm.name}, {slm.width} × {slm.height}, {speed.machine()}"]
+    click.echo(lines[0])
+
+    def tell(timed: "Timed") -> None:
+        lines.append(_line(timed))
+        click.echo(lines[-1])
+
+    scene = load_scene("car-house")
+    cloud = scene.frame(21).cloud
+    for timed in speed.single_frames(cloud, slm, wave, max(1, rounds)):
+        tell(timed)
+    rate = speed.product_rate(cloud, slm, wave)
+    lines.append(
+        f"the two products: {rate.products / 1e9:.0f} Gflop/s, {rate.share:.0%} of a plain "
+        f"product's {rate.peak / 1e9:.0f}"
+    )
+    click.echo(lines[-1])
+    for count in (100_000, 1_000_000):
+        if count <= most:
+            tell(speed.many_points(count, slm, wave))
+    from chrmc.coding import coding_for
+
+    for name in ("car-house", "car-house-deep"):
+        given = load_scene(name)
+        scale = video_scale(given, slm, wave, coding_for("ssb", slm))
+        for tolerance in (1e-3, 1e-5):
+            encode = partial(encode_signal, scale=scale)
+            tell(speed.videos(given, slm, wave, encode, tolerance, last))
+    if out is not None:
+        with replacing(out) as part:
+            part.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _line(timed: "Timed") -> str:
+    text = f"{timed.name}: {1e3 * timed.median:.1f} ms (least {1e3 * timed.least:.1f})"
+    if timed.ratio is not None:
+        text += f", {timed.ratio:.1f} × the rival's speed"
+    if timed.error is not None:
+        text += f", error {timed.error:.1e}"
+    return text + (f", {timed.note}" if timed.note else "")
