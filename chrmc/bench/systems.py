@@ -266,11 +266,11 @@ def _next(measured: Measured, made: Iterator[VideoFrame]) -> VideoFrame | None:
 
 
 def _moving(frame: VideoFrame, still: set[str]) -> int:
-    """Points computed for what moves: whole frames are less what stands still."""
-    if not frame.record.key:
-        return frame.record.points_computed
-    standing = sum(len(o.cloud) for o in frame.scene_frame.objects if o.name in still)
-    return max(0, frame.record.points_computed - standing)
+    """Points computed for what moves: of a frame computed whole, less what stands still."""
+    computed = frame.record.points_computed
+    if computed < len(frame.cloud) or not frame.record.key:
+        return computed
+    return computed - sum(len(o.cloud) for o in frame.scene_frame.objects if o.name in still)
 
 
 def _snr(frame: VideoFrame, scene: Scene) -> float:

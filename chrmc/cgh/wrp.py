@@ -39,6 +39,8 @@ MOST_PLANES = 12
 FADE = 4.0
 """Light that misses the window fades out over this many Fresnel zones √(λz)."""
 _LONGEST = 1 << 17  # samples of one point's footprint per axis
+_DEPTH_GRID = NEAR / 10  # metres
+_GRID_STEP = 128  # samples; grids that grow in such steps are seldom new ones
 _LARGEST = 1 << 26  # samples of the grid that planes are propagated on
 _BLOCK = 1 << 20  # samples held at once while patches are made
 
@@ -121,6 +123,9 @@ def field(
         return np.zeros(window.shape, dtype=np.complex64)
     z = cloud.positions[:, 2]
     depths = place_planes(z, planes)
+    if planes is None and depths[0] > 10 * _DEPTH_GRID:
+        # Whole steps, so that a moving scene meets kept transfer functions again.
+        depths = np.unique(np.rint(depths / _DEPTH_GRID)) * _DEPTH_GRID
     nearest = np.argmin(np.abs(z[:, None] - depths), axis=1)
     used = np.unique(nearest)
     groups = [cloud.select(nearest == i) for i in used]
@@ -379,4 +384,4 @@ def _grid_length(sources: list[tuple[int, int]], window: tuple[int, int], spread
     """
     longest = max(max(window[1] - low, high - window[0]) for low, high in sources)
     need = max(longest + spread + 64, 2.3 * spread)
-    return int(scipy.fft.next_fast_len(int(np.ceil(need)) + 1))
+    return int(scipy.fft.next_fast_len(-(-int(np.ceil(need)) // _GRID_STEP) * _GRID_STEP))
