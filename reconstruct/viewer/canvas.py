@@ -16,16 +16,11 @@ void main() {  // one triangle that covers the viewport
     gl_Position = vec4(corner * 2.0 - 1.0, 0.0, 1.0);
 }
 """
-_FRAGMENT = f"""
-#version 330
-#define DECADES {DECADES}
-""" """
+_FRAGMENT = """
+// mode: 0 intensity, 1 log, 2 phase, 3 grey level as it is; tint: as TINTS;
+// shifted: zero frequency in the corner, shown in the middle; masked: show what is blocked
 uniform sampler2D data;    // complex amplitude, or a grey level in red
 uniform sampler2D mask;    // what passes, 1, and what is blocked, 0
-uniform int mode;          // 0 intensity, 1 log, 2 phase, 3 grey level as it is
-uniform int tint;
-uniform int shifted;       // zero frequency in the corner: show it in the middle
-uniform int masked;
 uniform float white, gamma, zoom;
 uniform vec2 centre, screen;
 out vec4 colour;
@@ -92,8 +87,7 @@ class Canvas:
         self.context = context
         self.kind = kind
         self.shifted = shifted
-        self._program = context.program(vertex_shader=_VERTEX, fragment_shader=_FRAGMENT)
-        self._triangle = context.vertex_array(self._program, [])
+        self._programs: dict[tuple[int, ...], tuple[Any, Any]] = {}
         self._data: moderngl.Texture | None = None
         self._mask = context.texture((1, 1), 1, b"\xff", alignment=1)
         self._masked = False
@@ -131,6 +125,22 @@ class Canvas:
         self._masked = True
         self._version += 1
 
+    def _compiled(self, look: Look) -> tuple[Any, Any]:
+        """The program for a look: choices are constants, which a software renderer is glad of."""
+        key = (
+            3 if self.kind == "grey" else MODES.index(look.mode),
+            TINTS.index(look.tint),
+            int(self.shifted),
+            int(self._masked),
+        )
+        if key not in self._programs:
+            names = ("mode", "tint", "shifted", "masked")
+            head = [f"const int {n} = {v};" for n, v in zip(names, key, strict=True)]
+            source = "\n".join(["#version 330", f"#define DECADES {DECADES}", *head, _FRAGMENT])
+            program = self.context.program(vertex_shader=_VERTEX, fragment_shader=source)
+            self._programs[key] = (program, self.context.vertex_array(program, []))
+        return self._programs[key]
+
     def draw(self, size: tuple[int, int], view: View, look: Look, white: float) -> int:
         """Draw to a texture of `size` (width, height) screen pixels, row 0 on top; its GL name."""
         size = (max(size[0], 1), max(size[1], 1))
@@ -145,14 +155,10 @@ class Canvas:
         state = (self._version, view.x, view.y, view.scale, repr(look), white)
         if state != self._drawn and self._data is not None:
             self._drawn = state
-            program: Any = self._program
+            program, triangle = self._compiled(look)
             values = {
                 "data": 0,
                 "mask": 1,
-                "mode": 3 if self.kind == "grey" else MODES.index(look.mode),
-                "tint": TINTS.index(look.tint),
-                "shifted": int(self.shifted),
-                "masked": int(self._masked),
                 "white": max(white * 2.0**-look.stops, 1e-30),
                 "gamma": look.gamma,
                 "zoom": view.scale * size[0] / view.screen_width,
@@ -160,14 +166,15 @@ class Canvas:
                 "screen": size,
             }
             for name, value in values.items():
-                program[name] = value
+                if name in program:  # those that a mode has no use for are compiled away
+                    program[name] = value
             self._target.use()
             self.context.viewport = (0, 0, *size)
             self.context.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
             self.context.scissor = None
             self._data.use(0)
             self._mask.use(1)
-            self._triangle.render(moderngl.TRIANGLES, vertices=3)
+            triangle.render(moderngl.TRIANGLES, vertices=3)
         texture: moderngl.Texture = self._target.color_attachments[0]
         return texture.glo
 
