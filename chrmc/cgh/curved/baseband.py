@@ -20,6 +20,9 @@ PANEL_X, PANEL_Y = 40.0, 18.0
 _LEAF_PANEL = 80.0
 _NODE_SHARE, _SERIES_SHARE = 0.35, 0.5  # of the tolerance, for interpolation and the series
 
+_MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for it
+MOST_WORK = 2e10
+"""Points times nodes up to which waves are summed one by one."""
 _SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
 
 
@@ -93,7 +96,17 @@ def sum_points(
         )
     if series is None:
         series = series_for(cloud, axis_x, axis_y, reference, plane, tolerance)
-    if series is None or series.terms > 60:
+    if series is None or series.terms > _MOST_TERMS:
+        # The rest of the wave changes too much over the cluster: smaller ones, or none at all.
+        parts = clusters.leaves(cloud, box, (2, 2, 2)) if len(cloud) > _FEW else []
+        if len(parts) > 1:
+            return _from_leaves(parts, axis_x, axis_y, reference, plane, tolerance)
+        work = len(cloud) * len(axis_x.nodes) * len(axis_y.nodes)
+        if work > MOST_WORK:
+            raise ValueError(
+                f"{len(cloud)} points at {1e3 * box[2, 0]:.3g} mm would take {work:.1e} waves one "
+                f"by one, about {work * 4e-8 / 60:.0f} minutes: move them farther away"
+            )
         real, imag = exact_baseband(cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach)
         return real, imag, 0.0
     precision = np.float32 if tolerance >= _SINGLE else np.float64

@@ -172,14 +172,18 @@ def leaf_grid(box: Floats, count: int, nodes: tuple[int, int], plane: Plane) -> 
     return chosen
 
 
-def leaves(cloud: PointCloud, box: Floats, grid: tuple[int, int]) -> list[PointCloud]:
-    """The cloud's points sorted into a grid of equal boxes over x and y; empty ones left out."""
+def leaves(cloud: PointCloud, box: Floats, grid: tuple[int, ...]) -> list[PointCloud]:
+    """The points sorted into a grid of equal boxes over x, y and z; empty ones left out."""
     cell = np.zeros(len(cloud), dtype=np.intp)
     for axis, n in enumerate(grid):
         low, high = box[axis]
         if n > 1 and high > low:
-            at = ((cloud.positions[:, axis] - low) * (n / (high - low))).astype(np.intp)
-            cell = cell * n + np.minimum(at, n - 1)
+            # In depth by equal steps of 1/z, as curvatures go.
+            place = cloud.positions[:, axis]
+            if axis == 2:
+                low, high, place = 1 / low, 1 / high, 1 / place
+            u = (place - low) / (high - low)
+            cell = cell * n + np.minimum((u * n).astype(np.intp), n - 1)
     order = np.argsort(cell, kind="stable")
     bounds = np.flatnonzero(np.diff(cell[order])) + 1
     return [cloud.select(part) for part in np.split(order, bounds)]
