@@ -79,7 +79,11 @@ def test_any_panel_depth_and_offset(
     field = nlut.field(cloud, slm, WAVELENGTH, Window.full(slm), band, depth_step=step)
     truth = reference_field(cloud, slm, WAVELENGTH, footprint=None if bare else "soft")
     scale = np.sqrt(np.sum(cloud.amplitude**2)) / depth
-    assert np.sqrt(np.mean(np.abs(field - truth) ** 2)) < 1e-4 * scale
+    # What a correction per axis leaves: the mixed term x²y²/4z³ under half a pixel's shift. Bare
+    # waves reach farther than any footprint, so it counts for them.
+    slope = (pitch * (width + height) / 2 + 2 * size) / depth
+    mixed = 2 * np.pi / WAVELENGTH * slope**3 * pitch / 4
+    assert np.sqrt(np.mean(np.abs(field - truth) ** 2)) < (1e-4 + mixed) * scale
 
 
 @settings(max_examples=25, deadline=None)
