@@ -3,14 +3,14 @@
 from pathlib import Path
 from typing import Any
 
-from chrmc.cgh import METHODS, method_named
+from chrmc.cgh import method_named
 from chrmc.cli.generation import Recipe, scene_wavelength
 from chrmc.coding import coding_for
 from chrmc.options import option_names
 from chrmc.response import GreyResponse
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
-from chrmc.video import COMPENSATIONS, compensation_named
+from chrmc.video import compensation_named
 
 DEFAULT_TOLERANCE = 1e-3
 
@@ -32,9 +32,9 @@ def recipe_for(
 ) -> Recipe:
     """The recipe that these choices mean; ValueError where they do not fit together."""
     if cgh is None:
-        cgh = "curved" if "curved" in METHODS else "fresnel"
+        cgh = "curved"
     if compensation is None:
-        compensation = "ch-rmc" if cgh == "curved" and "ch-rmc" in COMPENSATIONS else "none"
+        compensation = "ch-rmc" if cgh == "curved" or surface is not None else "none"
     takes_tolerance = "tolerance" in option_names(method_named(cgh))[0]
     compensation_named(compensation)
     coding_for(encoding, slm)
@@ -45,6 +45,11 @@ def recipe_for(
         raise ValueError(f"--surface belongs to --compensation ch-rmc, not {compensation}")
     if tolerance is not None and not 0 < tolerance < 1:
         raise ValueError(f"--tolerance must lie between 0 and 1, not {tolerance:g}")
+    if tolerance is not None and compensation != "none" and options.get("surface") != "object":
+        raise ValueError(
+            f"--compensation {compensation} cannot promise --tolerance {tolerance:g}: use "
+            "--surface object, --compensation none, or --set rekey_error=… on the paper's surface"
+        )
     if takes_tolerance:
         options.setdefault("tolerance", tolerance or DEFAULT_TOLERANCE)
     elif tolerance is not None:

@@ -40,6 +40,10 @@ def run(*arguments: str | Path) -> int:
         (["generate", "car-house", "--out", "x", "--wavelength", "532"], "532e-9"),
         (["generate", "car-house", "--out", "x", "--tolerance", "2"], "tolerance"),
         (["generate", "car-house", "--out", "x", "--cgh", "rt", "--tolerance", "1e-3"], "rt"),
+        (
+            ["generate", "car-house", "--out", "x", "--surface", "paper", "--tolerance", "1e-3"],
+            "cannot promise",
+        ),
         (["generate", "car-house", "--out", "x", "--set", "radius"], "NAME=VALUE"),
         (
             ["generate", "car-house", "--out", "x", *SMALL, "--set", "sharpness=3"],
