@@ -97,6 +97,7 @@ class ObjectVerdict:
             "name": self.name,
             "passed": self.passed,
             "focused": self.focus.focused,
+            "method": self.focus.method,
             "depth_expected": float(self.target.position[2]),
             "depth": self.focus.depth,
             "depth_error": self.depth_error,
@@ -197,7 +198,10 @@ def judge_object(
     fy, fx = system.band
     passband = Passband(fx, fy)
     lit_by = brightness(stack.patch, system.slm, system.wavelength, z, passband)
-    focus = find_focus(stack, tile, lit_by)
+    # λz/A, from the depths of focus 2λ(z/A)² of both axes.
+    sizes = np.sqrt(np.array(search_scale(target, system)) * system.wavelength / 2)
+    grain = max(1.0, float(sizes.mean()) / system.slm.pixel_pitch)
+    focus = find_focus(stack, tile, lit_by, grain)
     depth_error = focus.depth - z
     lateral = (focus.position[0] - x, focus.position[1] - y)
     allowed = pixel_pitch if lateral_tolerance is None else lateral_tolerance

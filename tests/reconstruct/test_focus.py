@@ -6,7 +6,14 @@ from chrmc.coding import coding_for
 from chrmc.optics import Patch
 from display import encode
 from reconstruct import FourF
-from reconstruct.focus import centroid, find_focus, focus_curve, refine_peak, weighted_quantiles
+from reconstruct.focus import (
+    centroid,
+    find_focus,
+    focus_curve,
+    peak_middle,
+    refine_peak,
+    weighted_quantiles,
+)
 from reconstruct.focus_metrics import METRICS, metric_named
 from reconstruct.stack import FocalStack, all_in_focus, brightness, focal_stack, patch_around
 from reconstruct.verdict import Target, judge_frame
@@ -112,8 +119,31 @@ def test_one_point():
     assert focus.position == pytest.approx((0.2e-3, -0.3e-3), abs=P)
 
 
-def test_noise_and_darkness_have_no_focus():
-    noise = np.random.default_rng(1).integers(0, 256, SLM_.shape, dtype=np.uint8)
+@pytest.mark.parametrize("tilt", [0.0, 1.0])
+def test_a_dense_surface_is_found_by_its_outline_and_texture(tilt):
+    """Points closer than the resolution: speckle at every depth."""
+    plate = lattice((0.1e-3, -0.1e-3, 0.05), (1.0e-3, 0.8e-3), 7e-6, tilt=tilt)
+    stripes = np.floor(plate.positions[:, 0] / 0.16e-3) % 2 == 0
+    plate = plate.select(stripes)
+    field, system = show(plate)
+    target = Target.of_points("plate", plate.positions, plate.intensity)
+    patch = patch_around(target.low, target.high, P, 80e-6, even=10)
+    depths = np.linspace(0.0465, 0.0545, 41)
+    focus = find_focus(focal_stack(field, SLM_, LAMBDA, depths, patch, system.band), 10)
+    assert focus.focused and focus.method == "region"
+    assert focus.depth == pytest.approx(target.position[2], abs=3e-4)
+    assert np.isnan(focus.front)
+
+
+def test_the_middle_of_a_peak():
+    z = np.linspace(0, 10, 101)
+    assert peak_middle(z, 1 + np.maximum(0, 2 - np.abs(z - 4.33))) == pytest.approx(4.33, abs=0.02)
+    assert np.isnan(peak_middle(z, z)) and np.isnan(peak_middle(z, np.ones(101)))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_noise_and_darkness_have_no_focus(seed):
+    noise = np.random.default_rng(seed).integers(0, 256, SLM_.shape, dtype=np.uint8)
     system = FourF(SLM_, LAMBDA)
     depths = np.linspace(0.058, 0.064, 41)
     patch = patch_around((-0.4e-3, -0.4e-3), (0.4e-3, 0.4e-3), P, 0)
