@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.coding import Coding, coding_for
+from chrmc.footprint import coverage
 from chrmc.progress import progress
 from chrmc.reference import reference_samples, relative_error
 from chrmc.response import GreyResponse
@@ -131,7 +132,7 @@ def generate(
             if frame.number in writer.entries:
                 continue  # kept from before; made again only to carry the compensation on
             frame.record.error_reference = measured_error(frame, recipe)
-            with_boxes(frame)
+            with_boxes(frame, recipe)
             writer.add(frame.record, levels)
             count += 1
     finally:
@@ -183,13 +184,19 @@ def measured_error(frame: VideoFrame, recipe: Recipe) -> float | None:
     return error if np.isfinite(error) else None
 
 
-def with_boxes(frame: VideoFrame) -> None:
-    """Add the bounding box of each object's visible points, metres, to its entry."""
+def with_boxes(frame: VideoFrame, recipe: Recipe) -> None:
+    """Add to each object's entry its visible points' bounding box, metres, their number, and the
+    mean share of the panel that their footprints cover."""
     for entry, thing in zip(frame.record.objects, frame.scene_frame.objects, strict=True):
-        if len(thing.cloud):
-            low, high = thing.cloud.positions.min(axis=0), thing.cloud.positions.max(axis=0)
-            entry["box"] = [low.tolist(), high.tolist()]
-            entry["points"] = len(thing.cloud)
+        cloud = thing.cloud
+        if len(cloud):
+            entry["box"] = [
+                cloud.positions.min(axis=0).tolist(),
+                cloud.positions.max(axis=0).tolist(),
+            ]
+            entry["points"] = len(cloud)
+            share = coverage(cloud, recipe.slm, recipe.wavelength, recipe.coding.passband)
+            entry["coverage"] = float(share.mean())
 
 
 def summary(entries: list[dict[str, Any]]) -> Iterator[str]:
@@ -207,6 +214,12 @@ def summary(entries: list[dict[str, Any]]) -> Iterator[str]:
     yield f"{'total':<12}{1e3 * total / n:>14.2f}"
     points = [e["points_computed"] for e in entries]
     yield f"points computed per frame: {np.mean(points) if points else 0:.0f}"
+    shares: dict[str, list[float]] = {}
+    for thing in (o for e in entries for o in e["objects"]):
+        if "coverage" in thing:
+            shares.setdefault(thing["name"], []).append(thing["coverage"])
+    for name, found in shares.items():
+        yield f"{name}: its fringes cover {min(found):.0%} to {max(found):.0%} of the panel"
     errors = [e["error_reference"] for e in entries if e["error_reference"] is not None]
     if errors:
         yield (
