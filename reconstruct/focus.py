@@ -11,8 +11,8 @@ depth, and its tiles find nothing. What it has is an outline and a texture: so t
 the whole region counts, the Tenengrad of the picture smoothed over a grain or two of speckle, and
 the depth is the middle of its peak, within 0.25 mm.
 
-Noise has no focus: its tiles scatter evenly over the range searched and its curve is flat, and that
-is how it is told.
+Noise has no focus: its tiles scatter evenly over the range searched, with low peaks, and its curve
+is flat, and that is how it is told.
 """
 
 from dataclasses import dataclass, replace
@@ -25,6 +25,9 @@ from chrmc.optics import Patch
 from reconstruct.focus_metrics import metric_named, tenengrad
 from reconstruct.stack import FocalStack
 
+TILE_PROMINENCE = 1.5
+"""Sharpness of a tile at its peak over its median, weighted mean of all: objects have 1.6 to 3,
+noise and defocused light up to 1.4."""
 SCATTER_LIMIT = 0.7
 """Tiles scattered wider than this share of an even scatter over the range show no focus: objects
 of the test scenes reach 0.5, noise and defocused light 0.87 to 1.05."""
@@ -202,21 +205,48 @@ def _focus_of_tiles(
     mean, _ = weighted_mean(z[near], weight[near])
     front, rear = weighted_quantiles(z[near], weight[near], (0.1, 0.9))
     uniform = float(depths[-1] - depths[0]) / sqrt(12)
+    compact = scatter < SCATTER_LIMIT * uniform
     plane = stack.intensity[int(np.argmin(np.abs(depths - mean)))]
-    if brightness is not None:
-        plane = plane / brightness
+    if not compact:  # dim tiles at a depth where nothing is would only add defocused light
+        plane = np.zeros_like(plane)
+    peaks = sharpness.max(axis=0) / np.median(sharpness, axis=0)
+    prominence = float(np.average(peaks[seen], weights=weight))
     return Focus(
         mean,
         front,
         rear,
         scatter,
-        centroid(plane, stack.patch),
+        tiled_centroid(stack, plane, best, seen, brightness),
         depths,
         curve,
         tile_depth,
         tile_light,
-        scatter < SCATTER_LIMIT * uniform,
+        compact or prominence >= TILE_PROMINENCE,
     )
+
+
+def tiled_centroid(
+    stack: FocalStack,
+    plane: NDArray[np.float32],
+    best: NDArray[np.intp],
+    seen: NDArray[np.bool_],
+    brightness: NDArray[np.float64] | None,
+) -> tuple[float, float]:
+    """(x, y) centroid of a picture that shows each tile at its own depth.
+
+    plane : what the other tiles show
+    best : (m, n) index of each tile's depth; seen : (m, n) tiles that count
+    Away from the axis, defocused light walks sideways: a deep object has no centroid at one depth.
+    """
+    m, n = best.shape
+    side = min(stack.patch.shape[0] // m, stack.patch.shape[1] // n)
+    picture = plane.astype(np.float64)
+    for i, j in np.argwhere(seen):
+        part = (slice(i * side, (i + 1) * side), slice(j * side, (j + 1) * side))
+        picture[part] = stack.intensity[(int(best[i, j]), *part)]
+    if brightness is not None:
+        picture /= brightness
+    return centroid(picture, stack.patch)
 
 
 def weighted_mean(

@@ -193,6 +193,23 @@ def test_centroid_and_quantiles():
     assert weighted_quantiles(values, weights, (0.1, 0.9)) == pytest.approx((10, 90), abs=1)
 
 
+def test_two_bodies_taken_as_one():
+    """A region with two depths: the mean lies where nothing is, and is found all the same."""
+    near = lattice((-0.5e-3, 0.1e-3, 0.060), (0.4e-3, 0.3e-3), 50e-6, seed=1)
+    far = lattice((0.5e-3, -0.2e-3, 0.066), (0.3e-3, 0.3e-3), 50e-6, seed=2)
+    cloud = PointCloud.concatenate([near, far])
+    field, system = show(cloud)
+    target = Target.of_points("both", cloud.positions, cloud.intensity)
+    patch = patch_around(target.low, target.high, P, 80e-6, even=10)
+    depths = np.linspace(0.0565, 0.0705, 71)
+    focus = find_focus(focal_stack(field, SLM_, LAMBDA, depths, patch, system.band), 10)
+    assert focus.focused
+    assert focus.depth == pytest.approx(target.position[2], abs=3e-4)
+    assert focus.front == pytest.approx(0.060, abs=4e-4)
+    assert focus.rear == pytest.approx(0.066, abs=4e-4)
+    assert focus.position == pytest.approx(tuple(target.position[:2]), abs=60e-6)
+
+
 @pytest.mark.parametrize("number", [1, 51])
 def test_the_car_and_the_house_at_full_size(number):
     scene = load_scene("car-house")
