@@ -303,5 +303,8 @@ def _expected(
 ) -> float | None:
     if len(cloud) * window.size <= curved.SMALL:
         return None
-    made = curved.low_rank(cloud, slm, wavelength, window, coding.passband, **options)
+    try:
+        made = curved.low_rank(cloud, slm, wavelength, window, coding.passband, **options)
+    except ValueError:  # the method took the exact sum instead
+        return None
     return made.error_predicted

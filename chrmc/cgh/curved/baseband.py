@@ -1,5 +1,7 @@
 """A cluster's points to its low-rank factor, by way of sub-clusters where there are many."""
 
+from math import hypot
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,7 @@ from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, make_axis
 from chrmc.cgh.curved.series import Series, make_series
 from chrmc.cgh.curved.tables import exact_baseband, separable_baseband
-from chrmc.cgh.curved.wave import Reference
+from chrmc.cgh.curved.wave import Reference, by_curvature
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
@@ -18,6 +20,7 @@ Reals = NDArray[np.floating]
 PANEL_X, PANEL_Y = 40.0, 18.0
 """κ of a panel: short ones make the second product small, long ones the baseband."""
 _LEAF_PANEL = 80.0
+_LEAF_SHARE = 0.7  # of the tolerance, for sub-clusters
 _NODE_SHARE, _SERIES_SHARE = 0.35, 0.5  # of the tolerance, for interpolation and the series
 
 _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for it
@@ -130,7 +133,7 @@ def series_for(
     return make_series(
         (float(axis_x.nodes[0]), float(axis_x.nodes[-1])),
         (float(axis_y.nodes[0]), float(axis_y.nodes[-1])),
-        clusters.bounding_box(cloud.positions),
+        clusters.bounding_box(by_curvature(cloud.positions)),
         reference.kernel(plane.wavelength),
         tolerance * _SERIES_SHARE,
     )
@@ -144,17 +147,23 @@ def _from_leaves(
     plane: Plane,
     tolerance: float,
 ) -> tuple[Reals, Reals, float]:
-    """Baseband at a cluster's nodes, summed over sub-clusters' own few nodes."""
+    """Baseband at a cluster's nodes, summed over sub-clusters' own few nodes.
+
+    Also the relative rms error of the sub-clusters: their series' and their nodes'.
+    """
     x, y = axis_x.nodes, axis_y.nodes
     total = np.zeros((len(y), len(x)), dtype=np.complex64)
     own_x = reference_cycles(x, reference.x, reference.z_x, plane.wavelength)
     own_y = reference_cycles(y, reference.y, reference.z_y, plane.wavelength)
-    dropped = 0.0
+    dropped, share = 0.0, _LEAF_SHARE * tolerance
     for part in parts:
-        factor, left_out = make_factor(part, (x, y), None, plane, tolerance, leaf=True)
+        factor, left_out = make_factor(
+            part, (x, y), None, plane, _LEAF_SHARE * tolerance, leaf=True
+        )
         its = factor.reference
         turn_x = phasor(reference_cycles(x, its.x, its.z_x, plane.wavelength) - own_x)
         turn_y = phasor(reference_cycles(y, its.y, its.z_y, plane.wavelength) - own_y)
         add_field(total, factor, turn_x, turn_y, add=True)
         dropped = max(dropped, left_out if isinstance(left_out, float) else left_out.dropped)
-    return total.real.copy(), total.imag.copy(), dropped
+    between = _NODE_SHARE * share
+    return total.real.copy(), total.imag.copy(), hypot(dropped, between)

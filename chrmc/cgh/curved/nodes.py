@@ -63,9 +63,10 @@ def taper_frequency(half_width: float, tolerance: float) -> float:
     """Extra bandwidth, cycles per metre, that resolves a cos² edge to `tolerance`.
 
     The edge has a jump in its second derivative: its spectrum falls as f⁻³, so the energy left
-    out beyond f falls as f⁻⁵ and the frequency needed grows as tolerance^(−2/5).
+    out beyond f falls as f⁻⁵ and the frequency needed grows as tolerance^(−2/5), here with a
+    margin for where panels happen to end.
     """
-    return _TAPER * (1e-3 / tolerance) ** 0.4 / (SOFT_SHARE * half_width)
+    return _TAPER * (1e-3 / tolerance) ** 0.45 / (SOFT_SHARE * half_width)
 
 
 @dataclass(frozen=True, eq=False)

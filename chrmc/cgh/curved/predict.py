@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from chrmc.cgh.curved.assembly import Factor
 from chrmc.cgh.curved.nodes import Axis, chebyshev
 from chrmc.cgh.curved.series import Series
-from chrmc.cgh.curved.wave import axis_cycles, phasors
+from chrmc.cgh.curved.wave import axis_cycles, by_curvature, phasors
 from chrmc.footprint import taper
 from chrmc.scene.points import PointCloud
 
@@ -47,11 +47,15 @@ class Budget:
 
 
 def axis_powers(
-    axis: Axis, targets: Floats, wave: Callable[[Floats], NDArray[np.complex128]]
+    axis: Axis,
+    targets: Floats,
+    wave: Callable[[Floats], NDArray[np.complex128]],
+    edge: Callable[[Floats], Floats],
 ) -> tuple[Floats, Floats]:
     """(N,) power of each point along one axis, and of its interpolation error, over targets.
 
     wave : places on the axis to (N, places) waves of the points over the reference
+    edge : the same to their weights, which count only where a footprint ends
     """
     at_nodes = wave(axis.nodes)
     # A low-discrepancy choice of targets: fractions of the golden section.
@@ -61,10 +65,13 @@ def axis_powers(
         index = ((np.arange(n) + 0.618) / n * panel.target_count).astype(np.intp)
         index = np.minimum(index, panel.target_count - 1)
         picks.append(targets[panel.targets][index])
+        if panel.tapered:
+            at_nodes[:, panel.nodes] *= edge(axis.nodes[panel.nodes])
         values = at_nodes[:, panel.nodes]
         guesses.append(values[:, index] if panel.matrix is None else values @ panel.matrix[index].T)
         shares.append(np.full(n, panel.target_count / n))
     exact = wave(np.concatenate(picks))
+    exact *= edge(np.concatenate(picks))
     share = np.concatenate(shares)
     missed = np.abs(np.concatenate(guesses, axis=1) - exact) ** 2
     return np.abs(exact) ** 2 @ share, missed @ share
@@ -108,28 +115,24 @@ def budget_of(
     lines = _lines(factor.axis_x, x), _lines(factor.axis_y, y)
 
     def along_x(t: Floats) -> NDArray[np.complex128]:
-        return _wave(t, x, z, its.along_x(z), its.x, its.z_x, reach[0]) * its.residual(
-            t - x[:, None], lines[1][:, None], z[:, None], wavelength
-        )
+        cycles = axis_cycles(t, x, its.along_x(z), its.x, its.z_x, wavelength)
+        rest = its.residual(t - x[:, None], lines[1][:, None], z[:, None], wavelength)
+        return rest * phasors(2 * pi * (cycles - np.rint(cycles)))
 
     def along_y(t: Floats) -> NDArray[np.complex128]:
-        return _wave(t, y, z, its.along_y(z), its.y, its.z_y, reach[1]) * its.residual(
-            lines[0][:, None], t - y[:, None], z[:, None], wavelength
-        )
+        cycles = axis_cycles(t, y, its.along_y(z), its.y, its.z_y, wavelength)
+        rest = its.residual(lines[0][:, None], t - y[:, None], z[:, None], wavelength)
+        return rest * phasors(2 * pi * (cycles - np.rint(cycles)))
 
-    def _wave(
-        t: Floats, x: Floats, z: Floats, depth: Floats, centre: float, own: float, reach: float
-    ) -> NDArray[np.complex128]:
-        cycles = axis_cycles(t, x, depth, centre, own, wavelength)
-        out = phasors(2 * pi * (cycles - np.rint(cycles)))
-        if np.isfinite(reach):
-            out *= taper(t - x[:, None], (z * reach)[:, None])
-        return out
+    def edge_of(places: Floats, reach: float) -> Callable[[Floats], Floats]:
+        half = (z * reach)[:, None]
+        return lambda t: taper(t - places[:, None], half)
 
-    light_x, miss_x = axis_powers(factor.axis_x, targets[0], along_x)
-    light_y, miss_y = axis_powers(factor.axis_y, targets[1], along_y)
+    light_x, miss_x = axis_powers(factor.axis_x, targets[0], along_x, edge_of(x, reach[0]))
+    light_y, miss_y = axis_powers(factor.axis_y, targets[1], along_y, edge_of(y, reach[1]))
     if isinstance(series, Series):
-        dropped = series.missed(cloud.positions[chosen], its.kernel(wavelength), reach)
+        places = by_curvature(cloud.positions[chosen])
+        dropped = series.missed(places, its.kernel(wavelength), reach)
     else:
         dropped = np.full(len(chosen), series**2)
     error = miss_x * light_y + light_x * miss_y + (dropped + ROUNDING**2) * light_x * light_y

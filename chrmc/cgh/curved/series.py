@@ -5,7 +5,7 @@ point's place, of which those terms stay that the tolerance needs, then turned s
 """
 
 from dataclasses import dataclass
-from math import sqrt
+from math import pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from chrmc.cgh.curved.nodes import chebyshev, interpolation, node_count
 from chrmc.cgh.curved.wave import Kernel, phasors
 
 Floats = NDArray[np.float64]
+_LOBATTO = -np.cos(np.linspace(0, pi, 7))  # close at the ends, where slopes are steepest
 Reals = NDArray[np.floating]
 
 
@@ -59,13 +60,21 @@ class Series:
         return len(self.mix)
 
     def missed(self, positions: Floats, kernel: Kernel, reach: tuple[float, float]) -> Floats:
-        """(N,) mean of |G − Σ F·P|²/|G|² over the grid inside each point's footprint."""
-        x, y = ((low + high) / 2 + (high - low) / 2 * chebyshev(n) for low, high, n in self.grid)
+        """(N,) mean of |G − Σ F·P|²/|G|² inside each point's footprint, between grid places.
+
+        positions : (N, 3) x, y, 1/z
+        """
+        counts = [n for _, _, n in self.grid]
+        # Between the grid's own places, where its interpolation shows too.
+        u, v = (np.cos(pi * (np.arange(n - 1) + 1) / n) if n > 1 else np.zeros(1) for n in counts)
+        (x_low, x_high, _), (y_low, y_high, _) = self.grid
+        x = (x_low + x_high) / 2 + (x_high - x_low) / 2 * u
+        y = ((y_low + y_high) / 2 + (y_high - y_low) / 2 * v)[:, None]
         px, py, pz = positions.T[:, :, None, None]
-        y = y[:, None]
         exact = phasors(*kernel(x, y, px, py, pz))
-        series = np.tensordot(self.at_points(positions), self.values, (0, 0))
-        inside = (np.abs(x - px) < pz * reach[0]) & (np.abs(y - py) < pz * reach[1])
+        between = interpolation(counts[1], v) @ self.values @ interpolation(counts[0], u).T
+        series = np.tensordot(self.at_points(positions), between, (0, 0))
+        inside = (np.abs(x - px) * pz < reach[0]) & (np.abs(y - py) * pz < reach[1])
         inside |= ~inside.any(axis=(1, 2), keepdims=True)
         ratio: Floats = np.mean(np.abs(exact - series) ** 2, axis=(1, 2), where=inside)
         return ratio / np.mean(np.abs(exact) ** 2, axis=(1, 2), where=inside)
@@ -175,19 +184,27 @@ def _sample_counts(
     tolerance: float,
 ) -> list[int]:
     """Chebyshev samples that resolve a kernel along target x, y and point x, y, z."""
-    tx, ty = (np.linspace(low, high, 5) for low, high in (x_range, y_range))
-    px, py, pz = (np.unique([low, (low + high) / 2, high]) for low, high in box)
-    shape = (5, 5, len(px), len(py), len(pz))
+    tx, ty = ((low + high) / 2 + (high - low) / 2 * _LOBATTO for low, high in (x_range, y_range))
+    px, py, pz = (
+        (low + high) / 2 + (high - low) / 2 * (_LOBATTO[::3] if high > low else np.zeros(1))
+        for low, high in box
+    )
+    shape = (len(tx), len(ty), len(px), len(py), len(pz))
     radians, modulus = kernel(
         tx[:, None, None, None, None], ty[:, None, None, None], px[:, None, None], py[:, None], pz
     )
     both = [np.broadcast_to(v, shape) for v in (radians, np.log(modulus))]
     counts = []
     for axis, samples in enumerate(shape):
+        if samples == 1:
+            counts.append(1)
+            continue
         # The steepest slope of the phase, and of the modulus's logarithm, over [−1, 1].
-        slope = sum(float(np.max(np.abs(np.diff(v, axis=axis)), initial=0.0)) for v in both)
-        slope *= (samples - 1) / 2
-        counts.append(1 if samples == 1 else 1 + node_count(slope, tolerance / 10))
+        step = np.diff(_LOBATTO if axis < 2 else _LOBATTO[::3])
+        slope = sum(
+            float(np.max(np.abs(np.moveaxis(np.diff(v, axis=axis), axis, -1)) / step)) for v in both
+        )
+        counts.append(1 + node_count(1.15 * slope, tolerance / 10))
     for axis, (low, high) in enumerate((x_range, y_range)):
         counts[axis] = max(counts[axis], 4) if high > low else 1
     return counts

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.series import Series
-from chrmc.cgh.curved.wave import Reference, axis_cycles, phase_table, phasors
+from chrmc.cgh.curved.wave import Reference, axis_cycles, by_curvature, phase_table, phasors
 from chrmc.footprint import taper
 from chrmc.scene.points import PointCloud
 
@@ -107,7 +107,7 @@ def separable_baseband(
         down = fold(cycles, precision)
         _apply_taper(across, axis_x, x, z, reach[0])
         _apply_taper(down, axis_y, y, z, reach[1])
-        scale = series.at_points(cloud.positions[part]) * (
+        scale = series.at_points(by_curvature(cloud.positions[part])) * (
             cloud.amplitude[part] * reference.modulus(z)
         )
         sums = products(across, down, scale.astype(precision))

@@ -84,14 +84,19 @@ class Reference:
         return phasors(*self.residual_parts(x, y, z, wavelength))
 
     def kernel(self, wavelength: float) -> Kernel:
-        """G for targets (tx, ty) on the hologram and points (px, py, pz)."""
+        """G for targets (tx, ty) on the hologram and points (px, py, 1/pz), see `by_curvature`."""
 
         def kernel(
-            tx: Floats, ty: Floats, px: Floats, py: Floats, pz: Floats
+            tx: Floats, ty: Floats, px: Floats, py: Floats, pw: Floats
         ) -> tuple[Floats, Floats]:
-            return self.residual_parts(tx - px, ty - py, pz, wavelength)
+            return self.residual_parts(tx - px, ty - py, 1 / pw, wavelength)
 
         return kernel
+
+
+def by_curvature(positions: Floats) -> Floats:
+    """(N, 3) x, y, 1/z: G is nearly a polynomial in them, however deep the cluster is."""
+    return np.column_stack([positions[:, :2], 1 / positions[:, 2]])
 
 
 def phasors(radians: Floats, modulus: Floats | float = 1.0) -> NDArray[np.complex128]:

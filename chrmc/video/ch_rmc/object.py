@@ -134,9 +134,12 @@ class _Maker:
             return self._afresh(thing, version, record)
         group = None if track is None else track.group
         if group is not None and group.covers(thing):
-            factor, budget = group.factor(thing, record)
-            if self._good(factor, budget):
-                return _Track(thing, [factor], budget, group, version)
+            # Nodes that turn out too few for this frame are no reason for a key frame.
+            for aim in (self._tolerance, 0.3 * self._tolerance):
+                factor, budget = group.factor(thing, record, aim)
+                if self._good(factor, budget):
+                    group.book(thing, record)
+                    return _Track(thing, [factor], budget, group, version)
         ahead = self._ahead(thing, number)
         if all(pose.same_as(thing.pose) for pose in ahead):
             return self._afresh(thing, version, record)
@@ -152,7 +155,7 @@ class _Maker:
                     aim,
                 )
                 group.fill(thing)
-            factor, budget = group.factor(thing, record)
+            factor, budget = group.factor(thing, record, aim)
             if self._good(factor, budget):
                 self._book_key(thing, record)
                 return _Track(thing, [factor], budget, group, version)

@@ -1,6 +1,7 @@
 """A key group: frames of one object that share its baseband on the sphere."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,15 @@ MOST_VALUES = 60_000_000
 _TILT, _AZIMUTH, _ELEVATION = 1.0, 1.2, 1.0  # where the grid of directions ends
 _MANY = 3000  # points from which sub-clusters have a series each
 _FOLD = 0.5  # changed points, in shares of the key frame's, from which the grid takes them in
+
+
+@dataclass(frozen=True)
+class _Count:
+    """Points that appeared and vanished, and pixels of strips summed from the points."""
+
+    appeared: int
+    vanished: int
+    soft: int
 
 
 class Group:
@@ -65,6 +75,7 @@ class Group:
         self._own = PointCloud(own, self._body.amplitude, self._body.phase)
         self._sphere = Sphere.empty(radius, view, plane.wavelength, tolerance)
         self._held = np.zeros(len(own), dtype=bool)
+        self._count = _Count(0, 0, 0)
 
     @property
     def size(self) -> int:
@@ -90,8 +101,11 @@ class Group:
         now[thing.ids] = True
         return np.flatnonzero(now & ~self._held), np.flatnonzero(self._held & ~now)
 
-    def factor(self, thing: ObjectFrame, record: FrameRecord) -> tuple[Factor, Budget]:
-        """The frame's low-rank factor and its expected error."""
+    def factor(self, thing: ObjectFrame, record: FrameRecord, aim: float) -> tuple[Factor, Budget]:
+        """The frame's low-rank factor and its expected error.
+
+        aim : tolerance for its nodes and series; the sphere keeps its own
+        """
         pose = thing.pose
         assert pose is not None and thing.ids is not None
         with record.stage("PE"):
@@ -106,7 +120,7 @@ class Group:
             cx, cy, cz = centre.tolist()
             reference = reference_at((cx, cy, cz), bounding_box(thing.cloud.positions), self._plane)
             axis_x, axis_y = cluster_axes(
-                thing.cloud, reference, self._targets, self._pitch, self._plane, self._tolerance
+                thing.cloud, reference, self._targets, self._pitch, self._plane, aim
             )
             smooth_x, at_x = part_of(axis_x, False)
             smooth_y, at_y = part_of(axis_y, False)
@@ -118,7 +132,7 @@ class Group:
             shared = None
             if baseband.size and len(thing.cloud) < _MANY:
                 every = PointCloud.concatenate([thing.cloud, changed])
-                shared = series_for(every, axis_x, axis_y, reference, self._plane, self._tolerance)
+                shared = series_for(every, axis_x, axis_y, reference, self._plane, aim)
         if len(at_x) and len(at_y):
             x, y = smooth_x.nodes, smooth_y.nodes
             with record.stage("RMC"):
@@ -130,7 +144,7 @@ class Group:
                 m *= wave.astype(np.complex64)
             if len(appeared) + len(vanished):
                 with record.stage("EC"):
-                    real, imag, _ = self._sum(changed, smooth_x, smooth_y, reference, shared)
+                    real, imag, _ = self._sum(changed, smooth_x, smooth_y, reference, shared, aim)
                     m.real += real
                     m.imag += imag
             baseband[np.ix_(at_y, at_x)] = m
@@ -141,7 +155,7 @@ class Group:
                 (smooth_x, soft_y, (at_soft_y, at_x)),
             ):
                 if len(axis.nodes) and len(other.nodes):
-                    real, imag, series = self._sum(thing.cloud, axis, other, reference, shared)
+                    real, imag, series = self._sum(thing.cloud, axis, other, reference, shared, aim)
                     baseband[np.ix_(*place)] = real + 1j * imag
         factor = Factor(
             axis_x, axis_y, reference, np.ascontiguousarray(baseband.real),
@@ -158,15 +172,22 @@ class Group:
             )
             carried = self._sphere.expected_error(self._own.select(thing.ids))
             budget = Budget(budget.error + carried**2 * budget.light, budget.light)
-        changed_points = len(appeared) + len(vanished)
-        record.points_computed += changed_points
-        record.points_added += len(appeared)
-        record.points_removed += len(vanished)
-        width, height = self._plane.x[2], self._plane.y[2]
-        soft = _pixels(axis_x) * _pixels(axis_y) - _pixels(smooth_x) * _pixels(smooth_y)
-        record.point_pixels += changed_points * width * height + len(thing.cloud) * soft
-        record.blank_share = max(record.blank_share, soft / (width * height))
+        self._count = _Count(
+            len(appeared),
+            len(vanished),
+            _pixels(axis_x) * _pixels(axis_y) - _pixels(smooth_x) * _pixels(smooth_y),
+        )
         return factor, budget
+
+    def book(self, thing: ObjectFrame, record: FrameRecord) -> None:
+        """Count what the last factor took."""
+        changed = self._count.appeared + self._count.vanished
+        pixels = self._plane.x[2] * self._plane.y[2]
+        record.points_computed += changed
+        record.points_added += self._count.appeared
+        record.points_removed += self._count.vanished
+        record.point_pixels += changed * pixels + len(thing.cloud) * self._count.soft
+        record.blank_share = max(record.blank_share, self._count.soft / pixels)
 
     def _sum(
         self,
@@ -175,10 +196,9 @@ class Group:
         axis_y: Axis,
         reference: Reference,
         series: Series | None,
+        aim: float,
     ) -> tuple[NDArray[np.floating], NDArray[np.floating], Series | float]:
-        return sum_points(
-            cloud, axis_x, axis_y, reference, self._plane, self._tolerance, series=series
-        )
+        return sum_points(cloud, axis_x, axis_y, reference, self._plane, aim, series=series)
 
     def _signed(
         self, appeared: NDArray[np.intp], vanished: NDArray[np.intp], points: PointCloud
