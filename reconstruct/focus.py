@@ -4,7 +4,8 @@ A rotated body is deeper than the depth of focus, and the sharpness of the whole
 wherever its points happen to crowd, up to 0.5 mm from their mean. So the region is cut into tiles
 of two scene pixels; each tile finds its own depth, the peak of ΣI²/(ΣI)² refined by a parabola;
 the mean of the tiles' depths, weighted by the light that each holds in focus, is the intensity-
-weighted mean depth of what is seen there: within 0.1 mm for bodies 1.4 mm deep.
+weighted mean depth of what is seen there: within 0.1 mm for bodies 1.4 mm deep, and for bodies
+12 mm apart.
 
 A surface denser than the resolution, or of smooth phase, is speckle or self-images at every
 depth, and its tiles find nothing. What it has is an outline and a texture: so there the curve of
@@ -25,16 +26,16 @@ from chrmc.optics import Patch
 from reconstruct.focus_metrics import metric_named, tenengrad
 from reconstruct.stack import FocalStack
 
-TILE_PROMINENCE = 1.5
-"""Sharpness of a tile at its peak over its median, weighted mean of all: objects have 1.6 to 3,
-noise and defocused light up to 1.4."""
+TILE_PROMINENCE = 2.0
+"""Sharpness of a tile at its peak over its median, weighted mean of all: bodies far apart in depth
+have 2.4 to 3, dense surfaces 1.5 to 1.9, noise and defocused light up to 1.4."""
 SCATTER_LIMIT = 0.7
 """Tiles scattered wider than this share of an even scatter over the range show no focus: objects
 of the test scenes reach 0.5, noise and defocused light 0.87 to 1.05."""
 PROMINENCE = 7.0
 """What a region's smoothed curve must rise over its median, relative to it, times √(number of
 grains in the region), to count as a focus: noise reaches 6.4, surfaces of 1 mm have 8 to 100."""
-DARK = 0.1
+DARK = 0.005
 """Tiles with less than this share of the brightest tile's light do not count."""
 
 
@@ -111,8 +112,8 @@ def find_focus(
 
     stack : intensities at five depths or more
     tile : side of a tile in samples, about two scene pixels
-    brightness : (h, w) how bright equal points look (`reconstruct.stack.brightness`), taken out of
-        the weights of tiles and centroid; default equally bright
+    brightness : (2, h, w) how bright equal points look at the first and the last depth
+        (`reconstruct.stack.brightness`), taken out of weights and centroid; default equally
     grain : size of a speckle, samples
     """
     found = _focus_of_tiles(stack, tile, brightness)
@@ -125,7 +126,8 @@ def find_focus(
     grains = stack.patch.shape[0] * stack.patch.shape[1] / (2 * sigma) ** 2
     if not np.isfinite(depth) or rise * sqrt(grains) < PROMINENCE:
         return found
-    plane = stack.intensity[int(np.argmin(np.abs(stack.depths - depth)))]
+    index = int(np.argmin(np.abs(stack.depths - depth)))
+    plane = stack.intensity[index] / brightness_at(stack, brightness, index)
     nan = float("nan")
     return replace(
         found,
@@ -133,7 +135,7 @@ def find_focus(
         front=nan,
         rear=nan,
         scatter=nan,
-        position=centroid(plane if brightness is None else plane / brightness, stack.patch),
+        position=centroid(plane, stack.patch),
         curve=curve,
         focused=True,
         method="region",
@@ -171,9 +173,14 @@ def _focus_of_tiles(
     if brightness is not None:
         m, n = light.shape[1:]
         side = max(1, min(tile, *stack.patch.shape))
-        shape = (m, side, n, side)
-        even = brightness[: m * side, : n * side].reshape(shape).mean(axis=(1, 3))
-        light, square = light / even, square / even**2
+        near, far = (
+            b[: m * side, : n * side].reshape(m, side, n, side).mean(axis=(1, 3))
+            for b in brightness
+        )
+        for i, way in enumerate(np.linspace(0, 1, len(depths))):
+            even = near + way * (far - near)
+            light[i] /= even
+            square[i] /= even**2
     total = float(light.sum())
     nowhere = (float("nan"), float("nan"))
     if not total > 0:
@@ -206,7 +213,8 @@ def _focus_of_tiles(
     front, rear = weighted_quantiles(z[near], weight[near], (0.1, 0.9))
     uniform = float(depths[-1] - depths[0]) / sqrt(12)
     compact = scatter < SCATTER_LIMIT * uniform
-    plane = stack.intensity[int(np.argmin(np.abs(depths - mean)))]
+    index = int(np.argmin(np.abs(depths - mean)))
+    plane = stack.intensity[index] / brightness_at(stack, brightness, index)
     if not compact:  # dim tiles at a depth where nothing is would only add defocused light
         plane = np.zeros_like(plane)
     peaks = sharpness.max(axis=0) / np.median(sharpness, axis=0)
@@ -225,9 +233,24 @@ def _focus_of_tiles(
     )
 
 
+def brightness_at(
+    stack: FocalStack,
+    brightness: NDArray[np.float64] | None,
+    index: int,
+    part: tuple[slice, slice] = (slice(None), slice(None)),
+) -> NDArray[np.float64]:
+    """How bright equal points look at one depth of a stack, in a part of it."""
+    if brightness is None:
+        return np.ones(1)
+    way = index / max(len(stack.depths) - 1, 1)
+    near, far = brightness[(0, *part)], brightness[(1, *part)]
+    mixed: NDArray[np.float64] = near + way * (far - near)
+    return mixed
+
+
 def tiled_centroid(
     stack: FocalStack,
-    plane: NDArray[np.float32],
+    plane: NDArray[np.floating],
     best: NDArray[np.intp],
     seen: NDArray[np.bool_],
     brightness: NDArray[np.float64] | None,
@@ -243,9 +266,9 @@ def tiled_centroid(
     picture = plane.astype(np.float64)
     for i, j in np.argwhere(seen):
         part = (slice(i * side, (i + 1) * side), slice(j * side, (j + 1) * side))
-        picture[part] = stack.intensity[(int(best[i, j]), *part)]
-    if brightness is not None:
-        picture /= brightness
+        index = int(best[i, j])
+        picture[part] = stack.intensity[(index, *part)]
+        picture[part] /= brightness_at(stack, brightness, index, part)
     return centroid(picture, stack.patch)
 
 

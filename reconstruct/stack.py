@@ -50,21 +50,33 @@ def depth_of_focus(
 
 
 def brightness(
-    patch: Patch, slm: SLM, wavelength: float, depth: float, passband: Passband
+    patch: Patch,
+    slm: SLM,
+    wavelength: float,
+    depths: tuple[float, float],
+    passband: Passband,
 ) -> NDArray[np.float64]:
-    """(h, w) light that equal points at a depth send to the SLM, relative to the brightest.
+    """(2, h, w) light that equal points at two depths send to the SLM, relative to the brightest.
 
-    Towards the edges of the field a footprint leaves the panel, and points look dimmer than they
-    are; dividing by this makes centroids of images those of the scene. Not below 0.05.
+    It falls with the square of the depth, and towards the edges of the field, where a footprint
+    leaves the panel: points look dimmer than they are. Dividing by this makes mean depths and
+    centroids of images those of the scene. Not below 0.05.
     """
-    factors = []
-    for axis, values in zip((1, 0), patch.coordinates(), strict=True):
-        places = np.zeros((len(values), 3))
-        places[:, axis], places[:, 2] = values, depth
-        ones = np.ones(len(values))
-        power = expected_power(PointCloud(places, ones, 0 * ones), slm, wavelength, passband)
-        factors.append(power / power.max() if power.max() > 0 else ones)
-    return np.maximum(factors[0][:, None] * factors[1][None, :], 0.05)
+    y, x = patch.coordinates()
+
+    def power(px: NDArray[np.float64], py: NDArray[np.float64], z: float) -> NDArray[np.float64]:
+        places = np.column_stack([px, py, np.full(len(px), z)])
+        ones = np.ones(len(px))
+        return expected_power(PointCloud(places, ones, 0 * ones), slm, wavelength, passband)
+
+    shares = []
+    for z in depths:
+        middle = power(np.zeros(1), np.zeros(1), z)[0]
+        rows, columns = power(0 * y, y, z), power(x, 0 * x, z)
+        shares.append(rows[:, None] * columns[None, :] / middle)
+    both = np.array(shares)
+    top = float(both.max())
+    return np.maximum(both / top, 0.05) if top > 0 else np.ones_like(both)
 
 
 def patch_around(

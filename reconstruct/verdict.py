@@ -197,7 +197,8 @@ def judge_object(
     x, y, z = (float(v) for v in target.position)
     fy, fx = system.band
     passband = Passband(fx, fy)
-    lit_by = brightness(stack.patch, system.slm, system.wavelength, z, passband)
+    ends = (float(stack.depths[0]), float(stack.depths[-1]))
+    lit_by = brightness(stack.patch, system.slm, system.wavelength, ends, passband)
     # λz/A, from the depths of focus 2λ(z/A)² of both axes.
     sizes = np.sqrt(np.array(search_scale(target, system)) * system.wavelength / 2)
     grain = max(1.0, float(sizes.mean()) / system.slm.pixel_pitch)

@@ -174,14 +174,18 @@ def test_all_in_focus_takes_each_object_at_its_own_depth():
 
 
 def test_brightness_is_what_the_panel_receives():
-    """A point beside the panel's edge sends it half of what one on the axis does."""
-    patch = Patch((0.0, 160 * P), (1, 1), P)
+    """Beside the panel's edge half of what it is on the axis; with depth as footprint over z²."""
     wide = Patch((0.0, 0.0), (1, 321), P)
     passband = coding_for("ssb", SLM_).passband
-    rows = brightness(wide, SLM_, LAMBDA, 0.03, passband)[0]
-    assert rows[160] == pytest.approx(1, abs=0.02)
-    assert rows[-1] == pytest.approx(0.5, abs=0.05)
-    assert brightness(patch, SLM_, LAMBDA, 0.03, passband).shape == (1, 1)
+    near, _ = brightness(wide, SLM_, LAMBDA, (0.03, 0.3), passband)
+    assert near[0, 160] == pytest.approx(1, abs=0.02)
+    assert near[0, -1] == pytest.approx(0.5, abs=0.05)
+    both = brightness(Patch((0.0, 0.0), (1, 1), P), SLM_, LAMBDA, (0.5, 1.0), passband)
+    # So far away every footprint covers the panel: the inverse square alone is left.
+    assert both[0, 0, 0] / both[1, 0, 0] == pytest.approx(4, rel=1e-6)
+    # But a point near by lights a part of the panel that grows with its distance, per axis.
+    pair = brightness(Patch((0.0, 0.0), (1, 1), P), SLM_, LAMBDA, (0.01, 0.02), passband)
+    assert pair[0, 0, 0] / pair[1, 0, 0] == pytest.approx(1, abs=0.1)
 
 
 def test_centroid_and_quantiles():
