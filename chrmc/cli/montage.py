@@ -22,10 +22,10 @@ def draw_montage(video: Video, numbers: Sequence[int], path: Path) -> None:
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
 
-    from reconstruct import FourF
+    from reconstruct.sequence import system_of
 
     names = [o["name"] for o in video.entry(numbers[0])["objects"]]
-    system = FourF(video.slm, video.wavelength, encoding=video.encoding)
+    system = system_of(video)
     view = _view(video, numbers)
     wide = (view[1] - view[0]) / (view[3] - view[2])
     height = 2.4
