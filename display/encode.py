@@ -105,9 +105,7 @@ def signal_of(
     return signal
 
 
-def limit_band(
-    field: NDArray[np.complex64], slm: SLM, coding: Coding
-) -> NDArray[np.complex64]:
+def limit_band(field: NDArray[np.complex64], slm: SLM, coding: Coding) -> NDArray[np.complex64]:
     """The field without frequencies |f_y| ≥ the coding's passband; (H, W) complex64.
 
     Along y only, and on the SLM's own rows: padding would cut the field off at the edges and so

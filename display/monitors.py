@@ -142,9 +142,7 @@ def choose(
     return chosen
 
 
-def _by_size(
-    monitors: Sequence[Monitor], slm: SLM, any_size: bool, listing: str
-) -> Monitor:
+def _by_size(monitors: Sequence[Monitor], slm: SLM, any_size: bool, listing: str) -> Monitor:
     fitting = [m for m in monitors if m.fits(slm)]
     if len(fitting) > 1:
         fitting = [m for m in fitting if not m.primary] or fitting

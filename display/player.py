@@ -297,8 +297,15 @@ class Player:
         self._missed += missed
         self._log.write(
             Flip(
-                self._flips, picture.number, picture.file, picture.sha256, now, interval, shown,
-                status, missed,
+                self._flips,
+                picture.number,
+                picture.file,
+                picture.sha256,
+                now,
+                interval,
+                shown,
+                status,
+                missed,
             )
         )
 

@@ -132,8 +132,10 @@ class Window:
 
     def _check_size(self, slm: SLM) -> None:
         if self.size != (slm.width, slm.height):
-            scale = "" if self.monitor.scale == (1.0, 1.0) else (
-                f" (the desktop scales by {self.monitor.scale[0]:g})"
+            scale = (
+                ""
+                if self.monitor.scale == (1.0, 1.0)
+                else (f" (the desktop scales by {self.monitor.scale[0]:g})")
             )
             raise ValueError(
                 f"monitor {self.monitor.name!r} gives a framebuffer of {self.size[0]} × "
@@ -153,7 +155,8 @@ class Window:
         straight = (np.arange(entries) / (entries - 1)).tolist()
         if all(
             abs(value - want) < 0.002
-            for channel in ramp for value, want in zip(channel, straight, strict=True)
+            for channel in ramp
+            for value, want in zip(channel, straight, strict=True)
         ):
             self.notes.append("desktop gamma ramp is the identity already")
             return

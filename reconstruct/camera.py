@@ -71,9 +71,7 @@ class Camera:
         return counts.astype(np.uint8) if self.bits <= 8 else counts.astype(np.uint16)
 
 
-def overlaps(
-    count: int, pitch: float, wanted: int, wanted_pitch: float
-) -> NDArray[np.float64]:
+def overlaps(count: int, pitch: float, wanted: int, wanted_pitch: float) -> NDArray[np.float64]:
     """(wanted, count) shares of each wanted pixel that each given one covers, both rows of pixels
     centred on one point; a wanted pixel beside the given ones sees darkness there."""
     edges = (np.arange(count + 1) - count / 2) * pitch

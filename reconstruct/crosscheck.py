@@ -59,9 +59,7 @@ def package_propagate(
         raise OSError(f"{PACKAGE} is not installed: pip install 'chrmc[crosscheck]'")
     hcipy: Any = import_module(PACKAGE)
     height, width = field.shape
-    grid = hcipy.make_uniform_grid(
-        [width, height], [width * pixel_pitch, height * pixel_pitch]
-    )
+    grid = hcipy.make_uniform_grid([width, height], [width * pixel_pitch, height * pixel_pitch])
     propagator = hcipy.AngularSpectrumPropagator(grid, depth, num_oversampling=1)
     wave = hcipy.Wavefront(
         hcipy.Field(np.asarray(field, dtype=np.complex128).ravel(), grid), wavelength

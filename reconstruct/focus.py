@@ -87,9 +87,7 @@ def focus_curve(stack: FocalStack, metric: str = "variance") -> NDArray[np.float
     return np.array([measure(plane) for plane in stack.intensity])
 
 
-def tile_moments(
-    stack: FocalStack, tile: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def tile_moments(stack: FocalStack, tile: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(D, m, n) ΣI and ΣI² over tiles of `tile` × `tile` samples; what is left over is dropped."""
     count, height, width = stack.intensity.shape
     tile = max(1, min(tile, height, width))
@@ -162,9 +160,7 @@ def peak_middle(depths: NDArray[np.float64], curve: NDArray[np.float64]) -> floa
     return float(np.average(depths[part], weights=curve[part] - half))
 
 
-def _focus_of_tiles(
-    stack: FocalStack, tile: int, brightness: NDArray[np.float64] | None
-) -> Focus:
+def _focus_of_tiles(stack: FocalStack, tile: int, brightness: NDArray[np.float64] | None) -> Focus:
     """The focus on which the tiles agree."""
     depths = stack.depths
     if len(depths) < 5:
@@ -202,9 +198,7 @@ def _focus_of_tiles(
     seen = np.isfinite(tile_depth) & (tile_light >= DARK * tile_light.max())
     if not seen.any():
         nan = float("nan")
-        return Focus(
-            nan, nan, nan, nan, nowhere, depths, curve, tile_depth, tile_light, False
-        )
+        return Focus(nan, nan, nan, nan, nowhere, depths, curve, tile_depth, tile_light, False)
     z, weight = tile_depth[seen], tile_light[seen]
     mean, scatter = weighted_mean(z, weight)
     # A few tiles of background latch on to nothing: they go, once.
@@ -272,9 +266,7 @@ def tiled_centroid(
     return centroid(picture, stack.patch)
 
 
-def weighted_mean(
-    values: NDArray[np.float64], weights: NDArray[np.float64]
-) -> tuple[float, float]:
+def weighted_mean(values: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[float, float]:
     """Weighted mean and standard deviation."""
     mean = float(np.average(values, weights=weights))
     return mean, sqrt(float(np.average((values - mean) ** 2, weights=weights)))

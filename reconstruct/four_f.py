@@ -65,9 +65,7 @@ def check_frame(frame: Any, slm: SLM) -> NDArray[np.uint8]:
     """The frame as a (H, W) uint8 array, or ValueError."""
     frame = np.asarray(frame)
     if frame.shape != slm.shape:
-        raise ValueError(
-            f"frame is {frame.shape} but {slm.name} has (rows, columns) = {slm.shape}"
-        )
+        raise ValueError(f"frame is {frame.shape} but {slm.name} has (rows, columns) = {slm.shape}")
     if frame.dtype != np.uint8:
         raise ValueError(f"a frame holds 8-bit grey levels; this one is {frame.dtype}: encode it")
     return frame
@@ -120,9 +118,7 @@ class FourF:
         self._transmission: NDArray[np.float32] | None = None
         self._plane: Propagator | None = None
 
-    def amplitude(
-        self, frame: NDArray[np.uint8]
-    ) -> NDArray[np.float32] | NDArray[np.complex64]:
+    def amplitude(self, frame: NDArray[np.uint8]) -> NDArray[np.float32] | NDArray[np.complex64]:
         """(H, W) wave that leaves the panel; complex where illumination or panel shift phase."""
         wave = self.response.amplitude(check_frame(frame, self.slm))
         if self.bench.illumination is not None:

@@ -117,9 +117,7 @@ def focal_stack(
     middle = (z[0] + z[-1]) / 2
     way = max(float(z[-1] - middle), 1e-9)
     # What reaches the region from its surroundings, and a Fresnel zone or two more.
-    margins = [
-        ceil(spread(wavelength, f, way) / p) + soft_edge(wavelength, way, p) for f in limits
-    ]
+    margins = [ceil(spread(wavelength, f, way) / p) + soft_edge(wavelength, way, p) for f in limits]
     rows, columns = (
         ceil(n * region.pitch / p) + 2 * m for n, m in zip(region.shape, margins, strict=True)
     )

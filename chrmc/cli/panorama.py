@@ -13,9 +13,7 @@ PANELS = (21, 51, 80)
 
 @click.command("panorama")
 @click.argument("video", metavar="DIR", type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(path_type=Path), required=True, help="PNG to write."
-)
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="PNG to write.")
 @click.option(
     "--frames",
     type=FrameList(),
@@ -58,9 +56,7 @@ def command(
     return 0
 
 
-def draw(
-    stored: Any, wide: Any, shown: Any, numbers: list[int], region: Any, out: Path
-) -> None:
+def draw(stored: Any, wide: Any, shown: Any, numbers: list[int], region: Any, out: Path) -> None:
     """Write the picture."""
     import matplotlib
 

@@ -142,9 +142,7 @@ def _one(stored: Any, out: Path, options: dict[str, Any]) -> int:
     return 0
 
 
-def _photograph(
-    stored: Any, system: Any, image: Any, out: Path, options: dict[str, Any]
-) -> None:
+def _photograph(stored: Any, system: Any, image: Any, out: Path, options: dict[str, Any]) -> None:
     """What a camera counts, written unchanged."""
     from chrmc.optics import Patch
     from reconstruct.camera import Camera
@@ -183,9 +181,7 @@ def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
     suffix = options["kind"]
     for depth, plane in zip(depths, planes, strict=True):
         name = f"depth_{depth * 1e3:08.3f}mm.{suffix}"
-        write_image(
-            out / name, plane, _note(stored, number, float(depth)), white, options["gamma"]
-        )
+        write_image(out / name, plane, _note(stored, number, float(depth)), white, options["gamma"])
     patch = Patch((0.0, 0.0), stored.slm.shape, stored.slm.pixel_pitch)
     image, depth_map = all_in_focus(FocalStack(depths, planes, patch))
     note = _note(stored, number, float("nan")) | {"depth": [given[0], given[1]]}

@@ -66,10 +66,7 @@ def _wheel(x: float, y: float, outside: float, facets: int = 20) -> NDArray[np.f
     around = np.linspace(0, 2 * np.pi, facets, endpoint=False)
     section = [(0.200, 0.115), (0.225, 0.126), (0.270, 0.130), (0.315, 0.126), (0.345, 0.112)]
     return loft(
-        [
-            [(x + r * np.cos(t), y + r * np.sin(t), outside * z) for t in around]
-            for z, r in section
-        ]
+        [[(x + r * np.cos(t), y + r * np.sin(t), outside * z) for t in around] for z, r in section]
     )
 
 

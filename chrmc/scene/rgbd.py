@@ -130,9 +130,7 @@ class RGBDFrame:
     @classmethod
     def empty(cls, shape: tuple[int, int]) -> "RGBDFrame":
         """A frame of background only."""
-        return cls(
-            np.zeros(shape, np.float32), np.zeros(shape), np.zeros(shape, dtype=np.int32)
-        )
+        return cls(np.zeros(shape, np.float32), np.zeros(shape), np.zeros(shape, dtype=np.int32))
 
 
 def _refuse(bad: NDArray[np.bool_], what: str, mend: str) -> None:

@@ -65,9 +65,7 @@ def relative_motion(before: Pose, after: Pose) -> RelativeMotion:
             rise=0.0,
         )
     if hypot(turn[0], turn[2]) > SMALLEST_ANGLE:
-        return RelativeMotion(
-            "rigid", rotation, shift, displacement, size, turn / size, None, 0.0
-        )
+        return RelativeMotion("rigid", rotation, shift, displacement, size, turn / size, None, 0.0)
     angle = atan2(rotation[0, 2] - rotation[2, 0], rotation[0, 0] + rotation[2, 2])
     # The centre sees the chord from the side: half a chord away times cot(θ/2).
     middle = before.translation + displacement / 2

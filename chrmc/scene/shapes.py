@@ -113,9 +113,12 @@ class Projection:
 
         def weight(b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
             """Barycentric coordinate that is 0 on the line b–c: coefficients of u, v and 1."""
-            return np.stack(
-                [b[:, v] - c[:, v], c[:, u] - b[:, u], b[:, u] * c[:, v] - c[:, u] * b[:, v]]
-            ) / double
+            return (
+                np.stack(
+                    [b[:, v] - c[:, v], c[:, u] - b[:, u], b[:, u] * c[:, v] - c[:, u] * b[:, v]]
+                )
+                / double
+            )
 
         self._weights = (weight(q, r), weight(r, p), weight(p, q))
         self._depth = sum(

@@ -261,9 +261,7 @@ class ViewerModel:
         low, high = self.depth_range
         coarse = np.linspace(low, high, int(np.clip((high - low) / 0.25e-3, 21, 160)))
         field, band = self.field(), self._system.band
-        wide = find_focus(
-            focal_stack(field, slm, self.video.wavelength, coarse, patch, band), side
-        )
+        wide = find_focus(focal_stack(field, slm, self.video.wavelength, coarse, patch, band), side)
         best = float(coarse[int(np.argmax(wide.curve))])
         near = np.linspace(max(best - 3e-3, low), min(best + 3e-3, high), 41)
         found = find_focus(focal_stack(field, slm, self.video.wavelength, near, patch, band), side)
@@ -303,9 +301,7 @@ class ViewerModel:
             if lit.any() and not lit.all():
                 values["contrast"] = metrics.contrast(part, lit, ~lit)
                 values["speckle"] = metrics.speckle_contrast(part, lit)
-        energy = self._kept(
-            "energy", self.field_key, lambda: self._system.energy(self.hologram())
-        )
+        energy = self._kept("energy", self.field_key, lambda: self._system.energy(self.hologram()))
         values["efficiency"] = energy.efficiency
         values["blocked"] = energy.blocked_filter / energy.incident
         return values

@@ -323,9 +323,7 @@ class ViewerWindow:
     def _reconstruction(self, size: tuple[float, float], density: float) -> None:
         model = self.model
         pane = self.panes["Reconstruction"]
-        drawn = pane.show(
-            size, model.look, self._white, density, f"at {model.depth * 1e3:.2f} mm"
-        )
+        drawn = pane.show(size, model.look, self._white, density, f"at {model.depth * 1e3:.2f} mm")
         self._scale_bar(pane, drawn)
         if self._aim is not None:
             self._mark(pane, drawn, self._aim)

@@ -170,9 +170,10 @@ def test_knife_edge_is_a_fresnel_integral():
     want = 0.5 * ((c + 0.5) ** 2 + (s + 0.5) ** 2)
     near = np.abs(x) < 0.1e-3
     # The far, faded end still sends a little light.
-    assert np.abs(image / np.clip((x.max() - x) / (0.4 * x.max()), 0, 1).max() - want)[
-        near
-    ].max() < 0.08
+    assert (
+        np.abs(image / np.clip((x.max() - x) / (0.4 * x.max()), 0, 1).max() - want)[near].max()
+        < 0.08
+    )
 
 
 @settings(max_examples=20, deadline=None)

@@ -128,9 +128,7 @@ def play(screen, folder, path, **options):
     return summary, list(csv.DictReader(path.open())), told
 
 
-def test_a_video_plays_once_through_and_every_flip_is_logged(
-    screen, small, tmp_path, video_maker
-):
+def test_a_video_plays_once_through_and_every_flip_is_logged(screen, small, tmp_path, video_maker):
     folder = video_maker(tmp_path / "video", small, 12)
     summary, rows, _ = play(screen, folder, tmp_path / "log.csv")
     assert summary.mismatches == 0 and summary.frames == summary.flips == 12

@@ -111,9 +111,7 @@ def test_the_gamma_ramp_is_straight_while_playing_and_put_back(
     bent = gamma()
     assert bent != "1.0:1.0:1.0"
     folder = video_maker(tmp_path / "video", small, 1)
-    player = two_monitors.start(
-        "play", str(folder / "frame_0001.tif"), "--slm", "640x480:8.1e-6"
-    )
+    player = two_monitors.start("play", str(folder / "frame_0001.tif"), "--slm", "640x480:8.1e-6")
     try:
         assert wait_for(lambda: gamma() == "1.0:1.0:1.0"), gamma()
     finally:

@@ -52,9 +52,7 @@ def test_check_fails_with_status_1(video, capsys):
 
 def test_reconstruct_writes_the_library_s_image(video, capsys, tmp_path):
     out = tmp_path / "a.exr"
-    code, said, _ = run(
-        capsys, "reconstruct", video, "--frame", 1, "--depth", 0.06, "--out", out
-    )
+    code, said, _ = run(capsys, "reconstruct", video, "--frame", 1, "--depth", 0.06, "--out", out)
     assert code == 0 and "60.000 mm" in said
     values, note = read_image(out)
     stored = open_video(video)

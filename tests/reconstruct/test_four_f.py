@@ -180,9 +180,7 @@ def test_a_users_filter_image_is_upright_in_frequency():
     bench = Bench(filter=Filter(half_plane=False, dc_block=None, image=picture))
     system = FourF(SLM_, LAMBDA, "real", bench)
     y, x = system.fourier_coordinates()
-    assert np.array_equal(
-        system.transmission() > 0, (y[:, None] >= 0) & (x[None, :] >= 0)
-    )
+    assert np.array_equal(system.transmission() > 0, (y[:, None] >= 0) & (x[None, :] >= 0))
 
 
 def test_a_narrow_aperture_blurs_across_only():

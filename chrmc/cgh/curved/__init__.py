@@ -15,6 +15,7 @@ from chrmc.cgh.curved.assembly import Factor, add_field, add_signal, phasor, ref
 from chrmc.cgh.curved.baseband import make_factor
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import BEARABLE, SMALL, direct_field
+from chrmc.cgh.curved.parallel import spread
 from chrmc.cgh.curved.predict import ROUNDING, Budget, budget_of
 from chrmc.coding import Coding, Passband
 from chrmc.footprint import reach
@@ -86,11 +87,14 @@ def low_rank(
     parts = clusters.split(cloud, plane)
     aim = tolerance
     for _ in range(4):
-        made, budget = [], Budget(0.0, 0.0)
-        for part in parts:
+
+        def make(part: PointCloud, aim: float = aim) -> tuple[Factor, Budget]:
             factor, series = make_factor(part, targets, slm.pixel_pitch, plane, aim)
-            made.append(factor)
-            budget += budget_of(factor, part, targets, wavelength, plane.reach, series)
+            return factor, budget_of(factor, part, targets, wavelength, plane.reach, series)
+
+        both = spread(make, parts)
+        made = [factor for factor, _ in both]
+        budget = sum((own for _, own in both), Budget(0.0, 0.0))
         # Few nodes see one draw of the points' phases, which may lie far from the mean.
         few = min(min(factor.real.shape) for factor in made) < 12
         limit = min(0.8, 0.3 + ROUNDING / tolerance) if few else 0.8

@@ -10,7 +10,8 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.nodes import Axis
+from chrmc.cgh.curved.nodes import Axis, Panel
+from chrmc.cgh.curved.parallel import spread
 from chrmc.cgh.curved.wave import Reference
 
 Floats = NDArray[np.float64]
@@ -67,20 +68,23 @@ def expand_columns(factor: Factor, x: tuple[Floats, Floats]) -> Singles:
         left[second, 1] = factor.real[nodes]
     covered = factor.axis_x.targets
     out = np.empty((2 * ny, covered.stop - covered.start), dtype=np.float32)
-    for panel in factor.axis_x.panels:
+
+    def expand(panel: Panel) -> None:
         place = slice(panel.targets.start - covered.start, panel.targets.stop - covered.start)
         cos, sin = x[0][panel.targets], x[1][panel.targets]
         part = left[:, :, panel.nodes]
         if panel.matrix is None:
             out[:, place] = part[:, 0] * cos.astype(np.float32)
             out[:, place] += part[:, 1] * sin.astype(np.float32)
-            continue
+            return
         right = np.empty((2, panel.node_count, panel.target_count), dtype=np.float32)
         np.multiply(panel.matrix.T, cos, out=right[0], casting="same_kind")
         np.multiply(panel.matrix.T, sin, out=right[1], casting="same_kind")
         np.matmul(
             part.reshape(2 * ny, -1), right.reshape(-1, panel.target_count), out=out[:, place]
         )
+
+    spread(expand, factor.axis_x.panels)
     return out
 
 
@@ -90,7 +94,8 @@ def add_signal(
     """Put (or add) Re(A_y·M·A_x) on the targets of `out`."""
     wide = expand_columns(factor, x)
     columns = factor.axis_x.targets
-    for panel in factor.axis_y.panels:
+
+    def put(panel: Panel) -> None:
         rows = wide[2 * panel.nodes.start : 2 * panel.nodes.stop]
         cos, sin = y[0][panel.targets, None], y[1][panel.targets, None]
         place = out[panel.targets, columns]
@@ -104,12 +109,14 @@ def add_signal(
             np.multiply(panel.matrix, -sin, out=left[:, 1], casting="same_kind")
             if not add:
                 np.matmul(left.reshape(-1, 2 * n), rows, out=place)
-                continue
+                return
             block = left.reshape(-1, 2 * n) @ rows
         if add:
             place += block
         else:
             place[:] = block
+
+    spread(put, factor.axis_y.panels)
 
 
 def add_field(
@@ -122,7 +129,8 @@ def add_field(
     """Put (or add) A_y·M·A_x on the targets of `out`."""
     wide = expand_columns(factor, x)
     columns = factor.axis_x.targets
-    for panel in factor.axis_y.panels:
+
+    def put(panel: Panel) -> None:
         n = panel.node_count
         rows = np.empty((2, n, wide.shape[1]), dtype=np.complex64)
         real, imag = np.split(wide[2 * panel.nodes.start : 2 * panel.nodes.stop], 2)
@@ -145,3 +153,5 @@ def add_field(
             place += block
         else:
             place[:] = block
+
+    spread(put, factor.axis_y.panels)

@@ -1,6 +1,7 @@
 """A cluster's points to its low-rank factor, by way of sub-clusters where there are many."""
 
 from math import hypot
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.assembly import Factor, add_field, phasor, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, make_axis
+from chrmc.cgh.curved.parallel import spread
 from chrmc.cgh.curved.series import Series, make_series
 from chrmc.cgh.curved.tables import exact_baseband, separable_baseband
 from chrmc.cgh.curved.wave import Reference, by_curvature
@@ -155,15 +157,18 @@ def _from_leaves(
     total = np.zeros((len(y), len(x)), dtype=np.complex64)
     own_x = reference_cycles(x, reference.x, reference.z_x, plane.wavelength)
     own_y = reference_cycles(y, reference.y, reference.z_y, plane.wavelength)
-    dropped, share = 0.0, _LEAF_SHARE * tolerance
-    for part in parts:
-        factor, left_out = make_factor(
-            part, (x, y), None, plane, _LEAF_SHARE * tolerance, leaf=True
-        )
+    share = _LEAF_SHARE * tolerance
+    lock = Lock()
+
+    def carry(part: PointCloud) -> float:
+        factor, left_out = make_factor(part, (x, y), None, plane, share, leaf=True)
         its = factor.reference
         turn_x = phasor(reference_cycles(x, its.x, its.z_x, plane.wavelength) - own_x)
         turn_y = phasor(reference_cycles(y, its.y, its.z_y, plane.wavelength) - own_y)
-        add_field(total, factor, turn_x, turn_y, add=True)
-        dropped = max(dropped, left_out if isinstance(left_out, float) else left_out.dropped)
+        with lock:
+            add_field(total, factor, turn_x, turn_y, add=True)
+        return left_out if isinstance(left_out, float) else left_out.dropped
+
+    dropped = max(spread(carry, parts))
     between = _NODE_SHARE * share
     return total.real.copy(), total.imag.copy(), hypot(dropped, between)

@@ -102,7 +102,11 @@ def test_a_stop_is_still(path):
     positions = np.concatenate([path[0][:30], np.repeat(path[0][29:30], 6, axis=0), path[0][30:]])
     motion = find_motion(positions)
     assert spans(motion) == [
-        ("arc", 1, 21), ("arc", 21, 30), ("still", 30, 36), ("arc", 36, 57), ("arc", 57, 86),
+        ("arc", 1, 21),
+        ("arc", 21, 30),
+        ("still", 30, 36),
+        ("arc", 36, 57),
+        ("arc", 57, 86),
     ]
     assert not motion.segments[2].angles.any() and not motion.segments[2].steps.any()
     noisy = positions + np.random.default_rng(0).normal(0, 0.5e-6, positions.shape)

@@ -33,9 +33,7 @@ def random_scene(seed, shape=(4, 5), count=3, planes=PLANES, ids=(1, 2, 4000)):
             depth = rng.uniform(0.2, 0.3, shape).astype(np.float32).astype(np.float64)
         else:
             depth = planes.first + rng.integers(planes.count, size=shape) * planes.step
-        frames.append(
-            RGBDFrame(light, np.where(light > 0, depth, 0), rng.choice(ids, shape))
-        )
+        frames.append(RGBDFrame(light, np.where(light > 0, depth, 0), rng.choice(ids, shape)))
     return RGBDScene(
         name="random",
         read=lambda n: frames[n - 1],
@@ -54,7 +52,10 @@ def random_scene(seed, shape=(4, 5), count=3, planes=PLANES, ids=(1, 2, 4000)):
 
 def assert_same_scene(a, b):
     assert (a.name, a.frame_count, a.shape, a.pixel_pitch) == (
-        b.name, b.frame_count, b.shape, b.pixel_pitch,
+        b.name,
+        b.frame_count,
+        b.shape,
+        b.pixel_pitch,
     )
     assert (a.wavelength, a.object_names, a.form) == (b.wavelength, b.object_names, b.form)
     for number in range(1, a.frame_count + 1):
