@@ -12,6 +12,7 @@ from chrmc.bench import speed, tradeoff
 from chrmc.cgh import METHODS
 from chrmc.cli.main import main
 from chrmc.coding import coding_for
+from chrmc.footprint import reach, taper
 from chrmc.video import COMPENSATIONS
 
 PANEL = SLM("small", 320, 200, 40e-6)
@@ -68,9 +69,11 @@ def test_the_rival_is_the_fresnel_field_on_the_carrier() -> None:
     got = speed.fresnel_signal(cloud, PANEL, WAVELENGTH, coding)
     x, y = PANEL.x(), PANEL.y()[:, None]
     exact = np.zeros(PANEL.shape, dtype=complex)
+    limits = [reach(WAVELENGTH, f) for f in (coding.passband.fx_max, coding.passband.fy_max)]
     for (px, py, pz), a, phase in zip(cloud.positions, cloud.amplitude, cloud.phase, strict=True):
         path = pz + ((x - px) ** 2 + (y - py) ** 2) / (2 * pz)
-        exact += a / pz * np.exp(1j * (2 * np.pi / WAVELENGTH * path + phase))
+        weight = taper(x - px, pz * limits[0]) * taper(y - py, pz * limits[1])
+        exact += weight * a / pz * np.exp(1j * (2 * np.pi / WAVELENGTH * path + phase))
     signal = (exact * np.exp(2j * np.pi * coding.carrier * y)).real
     assert np.linalg.norm(got - signal) < 1e-4 * np.linalg.norm(signal)
 

@@ -1,0 +1,69 @@
+"""Many small matrix products on several cores: one task a core, one BLAS thread a task.
+
+Products of a millisecond spend more time waiting for each other's threads than computing, all
+the more on a busy machine; whole tasks side by side do not wait.
+"""
+
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from typing import Any, TypeVar
+
+from threadpoolctl import ThreadpoolController
+
+from chrmc.optics import workers
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+_here = threading.local()
+
+
+class _Limit:
+    """BLAS at one thread while anybody asks for it; what it used before comes back after."""
+
+    def __init__(self) -> None:
+        self._controller = ThreadpoolController()
+        self._lock = threading.Lock()
+        self._askers = 0
+        self._limit: Any = None
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._askers == 0:
+                self._limit = self._controller.limit(limits=1, user_api="blas")
+            self._askers += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._askers -= 1
+            if self._askers == 0:
+                self._limit.restore_original_limits()
+
+
+@lru_cache(maxsize=1)
+def one_blas_thread() -> _Limit:
+    """A context in which BLAS uses one thread; it may be entered from several threads at once."""
+    return _Limit()
+
+
+@lru_cache(maxsize=1)
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(workers(), thread_name_prefix="chrmc")
+
+
+def spread(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
+    """[function(item) for item in items], side by side; in turn within a task of another spread."""
+    if len(items) < 2 or workers() < 2 or getattr(_here, "inside", False):
+        return [function(item) for item in items]
+
+    def task(item: T) -> R:
+        _here.inside = True
+        try:
+            return function(item)
+        finally:
+            _here.inside = False
+
+    with one_blas_thread():
+        return list(_pool().map(task, items))
