@@ -42,8 +42,8 @@ class FlipLog:
     path : replaced if it exists; None keeps nothing
     """
 
-    def __init__(self, path: Path | None) -> None:
-        self.path = path
+    def __init__(self, path: str | Path | None) -> None:
+        self.path = path = None if path is None else Path(path)
         self._file = None
         if path is not None:
             if path.is_dir():

@@ -23,7 +23,18 @@ def test_python_in_documents_runs(
     monkeypatch.chdir(tmp_path)
     if '"video"' in path.read_text("utf-8"):
         with pytest.raises(SystemExit) as ended:
-            main("generate car-house --out video --frames 1:2 --compensation none".split())
+            main(
+                [
+                    "generate",
+                    "car-house",
+                    "--out",
+                    "video",
+                    "--frames",
+                    "1:2",
+                    "--compensation",
+                    "none",
+                ]
+            )
         assert ended.value.code == 0
     for code in blocks(path, "python"):
         exec(compile(code, str(path), "exec"), {})
