@@ -37,6 +37,7 @@ def interleaved(jobs: Mapping[str, Callable[[], object]], rounds: int) -> dict[s
     seconds: dict[str, list[float]] = {name: [] for name in jobs}
     for number in range(rounds + 1):
         for name, job in jobs.items():
+            time.sleep(0.06)  # until the threads of the job before stop spinning
             start = time.perf_counter()
             job()
             if number:

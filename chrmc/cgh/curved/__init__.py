@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.assembly import Factor, add_field, add_signal, phasor, reference_cycles
-from chrmc.cgh.curved.baseband import make_factor
+from chrmc.cgh.curved.baseband import begin_factor
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import BEARABLE, SMALL, direct_field
-from chrmc.cgh.curved.parallel import spread
+from chrmc.cgh.curved.parallel import alone, spread
 from chrmc.cgh.curved.predict import ROUNDING, Budget, budget_of
 from chrmc.coding import Coding, Passband
 from chrmc.footprint import reach
@@ -68,6 +68,7 @@ class LowRank:
         return self.budget.relative
 
 
+@alone
 def low_rank(
     cloud: PointCloud,
     slm: SLM,
@@ -84,20 +85,20 @@ def low_rank(
     check_tolerance(tolerance)
     targets = slm.x(window.columns), slm.y(window.rows)
     plane = plane_of(slm, wavelength, window, passband)
-    parts = clusters.split(cloud, plane)
+    # The largest first, so that the others fit beside it.
+    parts = sorted(clusters.split(cloud, plane), key=len, reverse=True)
     aim = tolerance
     for _ in range(4):
-
-        def make(part: PointCloud, aim: float = aim) -> tuple[Factor, Budget]:
-            factor, series = make_factor(part, targets, slm.pixel_pitch, plane, aim)
-            return factor, budget_of(factor, part, targets, wavelength, plane.reach, series)
-
-        both = spread(make, parts)
-        made = [factor for factor, _ in both]
-        budget = sum((own for _, own in both), Budget(0.0, 0.0))
+        begun = [begin_factor(part, targets, slm.pixel_pitch, plane, aim) for part in parts]
+        spread(lambda piece: piece(), [piece for pieces, _ in begun for piece in pieces])
+        made, budget = [], Budget(0.0, 0.0)
+        for part, (_, result) in zip(parts, begun, strict=True):
+            factor, series = result()
+            made.append(factor)
+            budget += budget_of(factor, part, targets, wavelength, plane.reach, series)
         # Few nodes see one draw of the points' phases, which may lie far from the mean.
         few = min(min(factor.real.shape) for factor in made) < 12
-        limit = min(0.8, 0.3 + ROUNDING / tolerance) if few else 0.8
+        limit = min(0.8, 0.5 + ROUNDING / tolerance) if few else 0.8
         if budget.relative <= limit * tolerance:
             return LowRank(made, parts, budget)
         aim *= max(0.7 * limit * tolerance / budget.relative, 1e-3)
@@ -108,6 +109,7 @@ def low_rank(
     )
 
 
+@alone
 def field_of(
     parts: list[Factor],
     slm: SLM,
@@ -130,6 +132,7 @@ def field_of(
     return out
 
 
+@alone
 def signal_of(
     parts: list[Factor],
     slm: SLM,

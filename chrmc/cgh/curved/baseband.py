@@ -12,18 +12,26 @@ from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, make_axis
 from chrmc.cgh.curved.parallel import spread
 from chrmc.cgh.curved.series import Series, make_series
-from chrmc.cgh.curved.tables import exact_baseband, separable_baseband
+from chrmc.cgh.curved.tables import (
+    MOST_AT_ONCE,
+    Begun,
+    begin_baseband,
+    exact_baseband,
+    finished,
+    separable_baseband,
+)
 from chrmc.cgh.curved.wave import Reference, by_curvature
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
 Reals = NDArray[np.floating]
+Summed = tuple[Reals, Reals, Series | float]
 
 PANEL_X, PANEL_Y = 40.0, 18.0
 """κ of a panel: short ones make the second product small, long ones the baseband."""
 _LEAF_PANEL = 80.0
 _LEAF_SHARE = 0.7  # of the tolerance, for sub-clusters
-_NODE_SHARE, _SERIES_SHARE = 0.35, 0.5  # of the tolerance, for interpolation and the series
+_NODE_SHARE, _SERIES_SHARE = 0.5, 0.7  # of the tolerance, for interpolation and the series
 
 _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for it
 MOST_WORK = 2e10
@@ -66,15 +74,32 @@ def make_factor(
 
     Where sub-clusters have a series each, their largest relative rms remainder stands for them.
     """
+    return finished(begin_factor(cloud, targets, pitch, plane, tolerance, leaf))
+
+
+def begin_factor(
+    cloud: PointCloud,
+    targets: tuple[Floats, Floats],
+    pitch: float | None,
+    plane: Plane,
+    tolerance: float,
+    leaf: bool = False,
+) -> Begun[tuple[Factor, Series | float]]:
+    """`make_factor` in pieces, so that those of several clusters may run side by side."""
     box = clusters.bounding_box(cloud.positions)
     reference = clusters.reference_of(box, plane)
     axis_x, axis_y = cluster_axes(cloud, reference, targets, pitch, plane, tolerance)
     if not axis_x.panels or not axis_y.panels:
         empty = np.zeros((len(axis_y.nodes), len(axis_x.nodes)), dtype=np.float32)
-        return Factor(axis_x, axis_y, reference, empty, empty), 0.0
-    real, imag, series = sum_points(cloud, axis_x, axis_y, reference, plane, tolerance, leaf)
-    single = real.astype(np.float32, copy=False), imag.astype(np.float32, copy=False)
-    return Factor(axis_x, axis_y, reference, *single), series
+        return [], lambda: (Factor(axis_x, axis_y, reference, empty, empty), 0.0)
+    pieces, sums = begin_sum(cloud, axis_x, axis_y, reference, plane, tolerance, leaf)
+
+    def result() -> tuple[Factor, Series | float]:
+        real, imag, series = sums()
+        single = real.astype(np.float32, copy=False), imag.astype(np.float32, copy=False)
+        return Factor(axis_x, axis_y, reference, *single), series
+
+    return pieces, result
 
 
 def sum_points(
@@ -84,43 +109,58 @@ def sum_points(
     reference: Reference,
     plane: Plane,
     tolerance: float,
-    leaf: bool = False,
     series: Series | None = None,
-) -> tuple[Reals, Reals, Series | float]:
+) -> Summed:
     """Real and imaginary baseband (n_y, n_x) of a cloud at given nodes, and the series in use.
 
-    leaf : sum all points at once, not by sub-clusters
     series : one made for these points and nodes, if there is
+    """
+    return finished(begin_sum(cloud, axis_x, axis_y, reference, plane, tolerance, series=series))
+
+
+def begin_sum(
+    cloud: PointCloud,
+    axis_x: Axis,
+    axis_y: Axis,
+    reference: Reference,
+    plane: Plane,
+    tolerance: float,
+    leaf: bool = False,
+    series: Series | None = None,
+) -> Begun[Summed]:
+    """`sum_points` in pieces.
+
+    leaf : sum all points at once, not by sub-clusters
     """
     box = clusters.bounding_box(cloud.positions)
     nodes = len(axis_x.nodes), len(axis_y.nodes)
     grid = (1, 1) if leaf else clusters.leaf_grid(box, len(cloud), nodes, plane)
     if grid != (1, 1):
-        return _from_leaves(
-            clusters.leaves(cloud, box, grid), axis_x, axis_y, reference, plane, tolerance
-        )
+        parts = clusters.leaves(cloud, box, grid)
+        return [], lambda: _from_leaves(parts, axis_x, axis_y, reference, plane, tolerance)
     if series is None:
         series = series_for(cloud, axis_x, axis_y, reference, plane, tolerance)
     if series is None or series.terms > _MOST_TERMS:
         # The rest of the wave changes too much over the cluster: smaller ones, or none at all.
         parts = clusters.leaves(cloud, box, (2, 2, 2)) if len(cloud) > _FEW else []
         if len(parts) > 1:
-            return _from_leaves(parts, axis_x, axis_y, reference, plane, tolerance)
+            return [], lambda: _from_leaves(parts, axis_x, axis_y, reference, plane, tolerance)
         work = len(cloud) * len(axis_x.nodes) * len(axis_y.nodes)
         if work > MOST_WORK:
             raise ValueError(
                 f"{len(cloud)} points at {1e3 * box[2, 0]:.3g} mm would take {work:.1e} waves one "
                 f"by one, about {work * 4e-8 / 60:.0f} minutes: move them farther away"
             )
-        real, imag = exact_baseband(cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach)
-        return real, imag, 0.0
+        return [], lambda: (
+            *exact_baseband(cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach),
+            0.0,
+        )
     precision = np.float32 if tolerance >= _SINGLE else np.float64
-    return (
-        *separable_baseband(
-            cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach, series, precision
-        ),
-        series,
-    )
+    fixed = axis_x, axis_y, reference, plane.wavelength, plane.reach, series, precision
+    if len(cloud) > MOST_AT_ONCE:
+        return [], lambda: (*separable_baseband(cloud, *fixed), series)
+    pieces, sums = begin_baseband(cloud, *fixed)
+    return pieces, lambda: (*sums(), series)
 
 
 def series_for(

@@ -157,7 +157,7 @@ def leaf_grid(box: Floats, count: int, nodes: tuple[int, int], plane: Plane) -> 
     for gx in (1, 2, 4, 8, 16, 32):
         for gy in (1, 2, 4, 8, 16, 32):
             leaves = gx * gy
-            if leaves > 1 and leaves * 200 > count:
+            if leaves > 1 and leaves * 600 > count:
                 continue
             if leaves == 1:
                 nx, ny, carry = nodes[0], nodes[1], 0.0

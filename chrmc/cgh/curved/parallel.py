@@ -1,14 +1,15 @@
 """Many small matrix products on several cores: one task a core, one BLAS thread a task.
 
-Products of a millisecond spend more time waiting for each other's threads than computing, all
-the more on a busy machine; whole tasks side by side do not wait.
+Products of a millisecond spend more time waiting for each other's threads than computing, and
+BLAS threads that have nothing to do spin for some 20 ms on the core that other work needs. So
+BLAS stays at one thread here, and whole tasks run side by side.
 """
 
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
-from typing import Any, TypeVar
+from functools import lru_cache, wraps
+from typing import Any, TypeVar, cast
 
 from threadpoolctl import ThreadpoolController
 
@@ -16,6 +17,7 @@ from chrmc.optics import workers
 
 T = TypeVar("T")
 R = TypeVar("R")
+F = TypeVar("F", bound=Callable[..., Any])
 
 _here = threading.local()
 
@@ -67,3 +69,14 @@ def spread(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
 
     with one_blas_thread():
         return list(_pool().map(task, items))
+
+
+def alone(function: F) -> F:
+    """A function during which BLAS uses one thread."""
+
+    @wraps(function)
+    def run(*args: Any, **options: Any) -> Any:
+        with one_blas_thread():
+            return function(*args, **options)
+
+    return cast(F, run)

@@ -114,15 +114,22 @@ def budget_of(
     x, y, z = cloud.positions[chosen].T
     lines = _lines(factor.axis_x, x), _lines(factor.axis_y, y)
 
+    # Near the axis the rest varies too slowly along one axis to matter for its nodes.
+    aslant = max(float(np.max(np.abs(line / z))) for line in lines) > 0.05
+
     def along_x(t: Floats) -> NDArray[np.complex128]:
         cycles = axis_cycles(t, x, its.along_x(z), its.x, its.z_x, wavelength)
-        rest = its.residual(t - x[:, None], lines[1][:, None], z[:, None], wavelength)
-        return rest * phasors(2 * pi * (cycles - np.rint(cycles)))
+        out = phasors(2 * pi * (cycles - np.rint(cycles)))
+        if aslant:
+            out *= its.residual(t - x[:, None], lines[1][:, None], z[:, None], wavelength)
+        return out
 
     def along_y(t: Floats) -> NDArray[np.complex128]:
         cycles = axis_cycles(t, y, its.along_y(z), its.y, its.z_y, wavelength)
-        rest = its.residual(lines[0][:, None], t - y[:, None], z[:, None], wavelength)
-        return rest * phasors(2 * pi * (cycles - np.rint(cycles)))
+        out = phasors(2 * pi * (cycles - np.rint(cycles)))
+        if aslant:
+            out *= its.residual(lines[0][:, None], t - y[:, None], z[:, None], wavelength)
+        return out
 
     def edge_of(places: Floats, reach: float) -> Callable[[Floats], Floats]:
         half = (z * reach)[:, None]

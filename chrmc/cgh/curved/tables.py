@@ -5,22 +5,27 @@ The rest depends weakly on where in the cluster the point is; each term of its s
 matrix product more.
 """
 
+from collections.abc import Callable
 from math import pi
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.nodes import Axis
+from chrmc.cgh.curved.parallel import spread
 from chrmc.cgh.curved.series import Series
 from chrmc.cgh.curved.wave import Reference, axis_cycles, by_curvature, phase_table, phasors
-from chrmc.footprint import taper
+from chrmc.footprint import SOFT_SHARE, taper
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Reals = NDArray[np.floating]
 
-_POINTS = 4096  # points whose tables are held at once
+T = TypeVar("T")
+MOST_AT_ONCE = 4096
+"""Points whose tables are held at once."""
 
 
 def fold(cycles: Floats, precision: type[np.floating]) -> tuple[Reals, Reals]:
@@ -34,11 +39,23 @@ def fold(cycles: Floats, precision: type[np.floating]) -> tuple[Reals, Reals]:
 def _apply_taper(
     parts: tuple[Reals, Reals], axis: Axis, x: Floats, z: Floats, reach: float
 ) -> None:
+    """The soft footprint of `chrmc.footprint.taper`, in the tables' own precision."""
     for panel in axis.panels:
         if panel.tapered:
-            weight = taper(axis.nodes[panel.nodes] - x[:, None], (z * reach)[:, None])
+            share = (axis.nodes[panel.nodes] - x[:, None]).astype(parts[0].dtype)
+            np.abs(share, out=share)
+            share *= (1 / (SOFT_SHARE * reach * z)).astype(share.dtype)[:, None]
+            share -= share.dtype.type(1 / SOFT_SHARE - 1)
+            np.clip(share, 0, 1, out=share)
+            share *= share.dtype.type(pi / 2)
+            np.cos(share, out=share)
+            share *= share
             for part in parts:
-                part[:, panel.nodes] *= weight
+                part[:, panel.nodes] *= share
+
+
+Begun = tuple[list[Callable[[], None]], Callable[[], T]]
+"""Pieces of work that may run side by side, and what to call for the result after them."""
 
 
 def products(
@@ -48,7 +65,23 @@ def products(
 
     across, down : cos and sin tables (N, n_x) and (N, n_y)
     scale : (L, N) real
-    A complex product as three real ones: sgemm runs several times faster than cgemm here.
+    """
+    return finished(begin_products(across, down, scale))
+
+
+def finished(begun: Begun[T]) -> T:
+    """Run the pieces, then take the result."""
+    pieces, result = begun
+    spread(lambda piece: piece(), pieces)
+    return result()
+
+
+def begin_products(
+    across: tuple[Reals, Reals], down: tuple[Reals, Reals], scale: Reals
+) -> Begun[tuple[Reals, Reals]]:
+    """`products` in pieces: each complex product is three real ones, in two halves.
+
+    sgemm runs several times faster than cgemm here.
     """
     terms, n = scale.shape
     ny, nx = down[0].shape[1], across[0].shape[1]
@@ -58,13 +91,25 @@ def products(
             np.multiply(down[part], scale[term][:, None], out=left[part, :, term])
     np.add(left[0], left[1], out=left[2])
     flat = left.reshape(3, n, terms * ny)
-    real = flat[0].T @ across[0]
-    other = flat[1].T @ across[1]
-    imag = flat[2].T @ (across[0] + across[1])
-    imag -= real
-    imag -= other
-    real -= other
-    return real.reshape(terms, ny, nx), imag.reshape(terms, ny, nx)
+    right = (across[0], across[1], across[0] + across[1])
+    out = np.empty((3, terms * ny, nx), dtype=scale.dtype)
+
+    def piece(part: int, rows: slice) -> Callable[[], None]:
+        def multiply() -> None:
+            np.matmul(flat[part][:, rows].T, right[part], out=out[part, rows])
+
+        return multiply
+
+    def result() -> tuple[Reals, Reals]:
+        real, other, imag = out
+        imag -= real
+        imag -= other
+        real -= other
+        return real.reshape(terms, ny, nx), imag.reshape(terms, ny, nx)
+
+    half = terms * ny // 2
+    halves = (slice(0, half), slice(half, None))
+    return [piece(part, rows) for rows in halves for part in range(3)], result
 
 
 def weigh(series: tuple[Reals, Reals], sums: tuple[Reals, Reals]) -> tuple[Reals, Reals]:
@@ -90,34 +135,69 @@ def separable_baseband(
 
     precision : of the tables and sums; float32 adds about 5e-7 of noise
     """
-    total: tuple[Reals, Reals] | None = None
-    for start in range(0, len(cloud), _POINTS):
-        part = slice(start, start + _POINTS)
-        x, y, z = cloud.positions[part].T
-        across = fold(
-            phase_table(
-                axis_x.nodes, x, reference.along_x(z), reference.x, reference.z_x, wavelength
-            ),
-            precision,
+    begun = begin_baseband(
+        cloud.select(slice(0, MOST_AT_ONCE)), axis_x, axis_y, reference, wavelength, reach, series,
+        precision,
+    )  # fmt: skip
+    real, imag = finished(begun)
+    for start in range(MOST_AT_ONCE, len(cloud), MOST_AT_ONCE):
+        part = cloud.select(slice(start, start + MOST_AT_ONCE))
+        more = finished(
+            begin_baseband(part, axis_x, axis_y, reference, wavelength, reach, series, precision)
         )
-        cycles = phase_table(
-            axis_y.nodes, y, reference.along_y(z), reference.y, reference.z_y, wavelength
-        )
-        cycles += (reference.start(z, wavelength) + cloud.phase[part] / (2 * pi))[:, None]
-        down = fold(cycles, precision)
-        _apply_taper(across, axis_x, x, z, reach[0])
-        _apply_taper(down, axis_y, y, z, reach[1])
-        scale = series.at_points(by_curvature(cloud.positions[part])) * (
-            cloud.amplitude[part] * reference.modulus(z)
-        )
-        sums = products(across, down, scale.astype(precision))
-        if total is None:
-            total = sums
-        else:
-            total[0][...] += sums[0]
-            total[1][...] += sums[1]
-    assert total is not None
-    return weigh(series.on_grid(axis_x.nodes, axis_y.nodes, precision), total)
+        real += more[0]
+        imag += more[1]
+    return real, imag
+
+
+def begin_baseband(
+    cloud: PointCloud,
+    axis_x: Axis,
+    axis_y: Axis,
+    reference: Reference,
+    wavelength: float,
+    reach: tuple[float, float],
+    series: Series,
+    precision: type[np.floating] = np.float32,
+) -> Begun[tuple[Reals, Reals]]:
+    """`separable_baseband` of not too many points, in pieces."""
+    across, down, scale = _tables(
+        cloud, axis_x, axis_y, reference, wavelength, reach, series, precision
+    )
+    pieces, sums = begin_products(across, down, scale)
+
+    def result() -> tuple[Reals, Reals]:
+        return weigh(series.on_grid(axis_x.nodes, axis_y.nodes, precision), sums())
+
+    return pieces, result
+
+
+def _tables(
+    cloud: PointCloud,
+    axis_x: Axis,
+    axis_y: Axis,
+    reference: Reference,
+    wavelength: float,
+    reach: tuple[float, float],
+    series: Series,
+    precision: type[np.floating],
+) -> tuple[tuple[Reals, Reals], tuple[Reals, Reals], Reals]:
+    """cos and sin along x, along y, and the points' shares (L, N) in the series' terms."""
+    x, y, z = cloud.positions.T
+    cycles = phase_table(
+        axis_x.nodes, x, reference.along_x(z), reference.x, reference.z_x, wavelength
+    )
+    across = fold(cycles, precision)
+    cycles = phase_table(
+        axis_y.nodes, y, reference.along_y(z), reference.y, reference.z_y, wavelength
+    )
+    cycles += (reference.start(z, wavelength) + cloud.phase / (2 * pi))[:, None]
+    down = fold(cycles, precision)
+    _apply_taper(across, axis_x, x, z, reach[0])
+    _apply_taper(down, axis_y, y, z, reach[1])
+    scale = series.at_points(by_curvature(cloud.positions))
+    scale *= cloud.amplitude * reference.modulus(z)
+    return across, down, scale.astype(precision)
 
 
 def exact_baseband(

@@ -164,7 +164,7 @@ class _Maker:
 
     def _good(self, factor: Factor, budget: Budget) -> bool:
         few = min(factor.real.shape) < 12
-        limit = min(0.8, 0.3 + ROUNDING / self._tolerance) if few else 0.8
+        limit = min(0.8, 0.5 + ROUNDING / self._tolerance) if few else 0.8
         return budget.relative <= limit * self._tolerance
 
     def _afresh(self, thing: ObjectFrame, version: int, record: FrameRecord) -> _Track:

@@ -10,6 +10,7 @@ from chrmc.cgh.curved.assembly import Factor
 from chrmc.cgh.curved.baseband import cluster_axes, series_for, sum_points
 from chrmc.cgh.curved.clusters import Plane, bounding_box, reference_at
 from chrmc.cgh.curved.nodes import Axis, part_of
+from chrmc.cgh.curved.parallel import alone
 from chrmc.cgh.curved.predict import Budget, budget_of
 from chrmc.cgh.curved.series import Series
 from chrmc.cgh.curved.wave import Reference
@@ -82,6 +83,7 @@ class Group:
         """Complex numbers on the sphere."""
         return self._sphere.values.size
 
+    @alone
     def fill(self, thing: ObjectFrame) -> None:
         """Sum the key frame's visible points onto the sphere."""
         assert thing.ids is not None

@@ -102,7 +102,7 @@ def test_exact_and_separable_basebands_agree() -> None:
     targets = LC_R_1080.x(), LC_R_1080.y()
     band = coding_for("ssb", LC_R_1080).passband
     plane = curved.plane_of(LC_R_1080, WAVELENGTH, Window.full(LC_R_1080), band)
-    factor, used = curved.make_factor(cloud, targets, LC_R_1080.pixel_pitch, plane, 1e-5)
+    factor, used = curved.baseband.make_factor(cloud, targets, LC_R_1080.pixel_pitch, plane, 1e-5)
     assert isinstance(used, series.Series)
     real, imag = tables.exact_baseband(
         cloud, factor.axis_x, factor.axis_y, factor.reference, WAVELENGTH, plane.reach
