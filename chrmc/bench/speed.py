@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 import chrmc
 from chrmc.cgh import curved
+from chrmc.cgh.curved.parallel import spread
 from chrmc.coding import Coding, coding_for
 from chrmc.footprint import reach
 from chrmc.optics import workers
@@ -269,9 +270,11 @@ def product_rate(cloud: PointCloud, slm: SLM, wavelength: float, rounds: int = 1
     square = random.random((2048, 2048), dtype=np.float32)
     out = np.empty_like(square)
 
+    def one(piece: tuple[NDArray[np.float32], ...]) -> None:
+        np.matmul(piece[0], piece[1], out=piece[2])
+
     def two() -> None:
-        for a, b, c in work:
-            np.matmul(a, b, out=c)
+        spread(one, work)
 
     seconds = interleaved({"two": two, "plain": lambda: np.matmul(square, square, out=out)}, rounds)
     operations = sum(2.0 * m * k * n for m, k, n in shapes)

@@ -36,6 +36,7 @@ from chrmc.window import Window
 
 LOOK_AHEAD = 600
 """Frames whose directions a key group looks ahead to, at most."""
+_AIM = 0.7  # of the tolerance: one key frame has to do for many frames, the worst included
 
 
 @dataclass
@@ -135,7 +136,7 @@ class _Maker:
         group = None if track is None else track.group
         if group is not None and group.covers(thing):
             # Nodes that turn out too few for this frame are no reason for a key frame.
-            for aim in (self._tolerance, 0.3 * self._tolerance):
+            for aim in (_AIM * self._tolerance, 0.3 * self._tolerance):
                 factor, budget = group.factor(thing, record, aim)
                 if self._good(factor, budget):
                     group.book(thing, record)
@@ -143,7 +144,7 @@ class _Maker:
         ahead = self._ahead(thing, number)
         if all(pose.same_as(thing.pose) for pose in ahead):
             return self._afresh(thing, version, record)
-        aim = self._tolerance
+        aim = _AIM * self._tolerance
         for _ in range(3):
             with record.stage("CON"):
                 group = Group(

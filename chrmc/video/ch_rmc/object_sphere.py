@@ -114,7 +114,7 @@ class Sphere:
         kappa = pi * reach / self.wavelength * n_u * self.du
         cuts = np.linspace(0, n_u, max(1, round(kappa / _PANEL_KAPPA)) + 1).round().astype(int)
         # What the separable tables leave depends on ρ as 1/ρ of a small part of it.
-        alike = float(np.ptp(self.layers)) <= 0.03 * float(self.layers.mean())
+        alike = np.ptp(self.layers) <= min(0.03, 100 * self.tolerance) * self.layers.mean()
         for first, last in pairwise(cuts):
             series: Series | None = None
             for number, s in enumerate(self.layers):
