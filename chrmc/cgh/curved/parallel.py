@@ -56,19 +56,25 @@ def _pool() -> ThreadPoolExecutor:
 
 
 def spread(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
-    """[function(item) for item in items], side by side; in turn within a task of another spread."""
-    if len(items) < 2 or workers() < 2 or getattr(_here, "inside", False):
+    """[function(item) for item in items], side by side; in turn within a task of another spread.
+
+    Every core takes each so-many-th item: handing over items one by one costs more than some.
+    """
+    shares = min(workers(), len(items))
+    if shares < 2 or getattr(_here, "inside", False):
         return [function(item) for item in items]
 
-    def task(item: T) -> R:
+    def task(first: int) -> list[R]:
         _here.inside = True
         try:
-            return function(item)
+            return [function(item) for item in items[first::shares]]
         finally:
             _here.inside = False
 
     with one_blas_thread():
-        return list(_pool().map(task, items))
+        others = [_pool().submit(task, first) for first in range(1, shares)]
+        done = [task(0)] + [other.result() for other in others]
+    return [done[number % shares][number // shares] for number in range(len(items))]
 
 
 def alone(function: F) -> F:
