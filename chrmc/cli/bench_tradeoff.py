@@ -116,7 +116,9 @@ def draw(entries: "Sequence[Entry]", about: str, path: Path) -> None:
     shown = [e for e in entries if e.seconds and not e.refused and e.error > 0]
     groups = list(dict.fromkeys((e.scene, e.kind) for e in shown))
     names = list(dict.fromkeys(e.method for e in shown))
+    marks = "os^vDP"
     colours = {name: f"C{number % 10}" for number, name in enumerate(names)}
+    shapes = {name: marks[number // 10 % len(marks)] for number, name in enumerate(names)}
     columns = min(3, max(1, len(groups)))
     rows = -(-len(groups) // columns)
     with matplotlib.rc_context({"font.size": 8}):
@@ -126,7 +128,7 @@ def draw(entries: "Sequence[Entry]", about: str, path: Path) -> None:
             mine = [e for e in shown if (e.scene, e.kind) == (scene, kind)]
             for name in dict.fromkeys(e.method for e in mine):
                 own = [e for e in mine if e.method == name]
-                panel.plot([e.time for e in own], [e.error for e in own], "o", ms=5,
+                panel.plot([e.time for e in own], [e.error for e in own], shapes[name], ms=5,
                            color=colours[name], label=name)  # fmt: skip
             best = sorted((e for e in mine if e.front), key=lambda e: e.time)
             panel.plot([e.time for e in best], [e.error for e in best], "-", lw=1, color="0.5",
