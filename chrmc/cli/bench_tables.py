@@ -18,6 +18,14 @@ from chrmc.slm import SLM
 
 FORMS = ("rgbd", "points")
 
+COLUMNS_HELP = """points: computed per frame; corrected: of them on frames that are not computed
+whole; moving: without objects that stand still; tolerant: under the tolerant matching rule. pt·px:
+points × pixels they were computed on. ACT: seconds per frame, from points to complex field. err
+shown: relative field error against the points that the method says it shows; err scene: against the
+scene's. PSNR: of the worst reconstruction, against the exact field of either. Eq. 14: the image of
+the points shown against the scene's, dB."""
+"""What the tables' columns mean, below --help."""
+
 
 def table_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """The arguments of both commands."""

@@ -109,6 +109,21 @@ def low_rank(
     )
 
 
+def _reference_waves(
+    part: Factor,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    wavelength: float,
+    carrier: float = 0.0,
+) -> tuple[NDArray[np.complex64], NDArray[np.complex64]]:
+    """The factor's reference wave along x, and along y with the carrier on it."""
+    its = part.reference
+    return (
+        phasor(reference_cycles(x, its.x, its.z_x, wavelength)),
+        phasor(reference_cycles(y, its.y, its.z_y, wavelength) + carrier * y),
+    )
+
+
 @alone
 def field_of(
     parts: list[Factor],
@@ -121,14 +136,8 @@ def field_of(
     x, y = slm.x(window.columns), slm.y(window.rows)
     out = np.zeros(window.shape, dtype=np.complex64) if base is None else base.copy()
     for number, part in enumerate(parts):
-        its = part.reference
-        add_field(
-            out,
-            part,
-            phasor(reference_cycles(x, its.x, its.z_x, wavelength)),
-            phasor(reference_cycles(y, its.y, its.z_y, wavelength)),
-            add=number > 0 or base is not None,
-        )
+        along_x, along_y = _reference_waves(part, x, y, wavelength)
+        add_field(out, part, along_x, along_y, add=number > 0 or base is not None)
     return out
 
 
@@ -145,14 +154,8 @@ def signal_of(
     x, y = slm.x(window.columns), slm.y(window.rows)
     out = np.zeros(window.shape, dtype=np.float32) if base is None else base.copy()
     for number, part in enumerate(parts):
-        its = part.reference
-        add_signal(
-            out,
-            part,
-            phasor(reference_cycles(x, its.x, its.z_x, wavelength)),
-            phasor(reference_cycles(y, its.y, its.z_y, wavelength) + carrier * y),
-            add=number > 0 or base is not None,
-        )
+        along_x, along_y = _reference_waves(part, x, y, wavelength, carrier)
+        add_signal(out, part, along_x, along_y, add=number > 0 or base is not None)
     return out
 
 
