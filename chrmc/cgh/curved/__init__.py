@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved import clusters
-from chrmc.cgh.curved.assembly import Factor, add_field, add_signal, phasor, reference_cycles
+from chrmc.cgh.curved.assembly import (
+    Factor,
+    Floats,
+    add_field,
+    add_signal,
+    phasor,
+    reference_cycles,
+)
 from chrmc.cgh.curved.baseband import begin_factor
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import BEARABLE, SMALL, direct_field
@@ -115,8 +122,8 @@ def _reference_waves(
     y: NDArray[np.float64],
     wavelength: float,
     carrier: float = 0.0,
-) -> tuple[NDArray[np.complex64], NDArray[np.complex64]]:
-    """The factor's reference wave along x, and along y with the carrier on it."""
+) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """(cos, sin) of the factor's reference wave along x, and along y with the carrier on it."""
     its = part.reference
     return (
         phasor(reference_cycles(x, its.x, its.z_x, wavelength)),
