@@ -1,23 +1,23 @@
 """Time against error: every CGH and video method, at every accuracy setting it has.
 
-Methods take turns on the same fresh points. One whose time, reckoned from a few of the points,
+Methods take turns on the same fresh points. One whose time, reckoned from runs on fewer points,
 passes the limit is left out and says so.
 """
 
-import csv
-import io
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import chrmc
+from chrmc.bench.reckon import reckon
 from chrmc.bench.speed import fresh_clouds, surface_cloud
-from chrmc.cgh import METHODS, compute_field, curved, with_cache
-from chrmc.coding import Coding
+from chrmc.bench.tradeoff_table import Entry
+from chrmc.cgh import METHODS, Method, compute_field, curved, with_cache
+from chrmc.coding import Coding, Passband
 from chrmc.reference import reference_samples, relative_error
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene, SceneFrame
@@ -44,153 +44,191 @@ VIDEO_SETTINGS: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ("curved", {"surface": "paper"}),
     ],
 }
+LIMIT = 10.0
+"""Seconds per frame past which a method is left out."""
+_ONCE = 0.25  # of the limit: what takes longer is run once
+_EXACT_POINTS = 200_000  # a more exact field for the images is made up to here
 
 
-@dataclass
-class Entry:
-    """One method at one setting on one scene.
+@dataclass(frozen=True)
+class _Job:
+    """A CGH method at one setting; `options` hold its cache, `setting` does not."""
 
-    kind : "cgh", a single frame, or "video"
-    seconds : of each frame; errors : relative L2 of each frame's field
-    predicted : what the method itself expected, or None
-    psnr : worst object's, dB, or None where no images were compared
-    refused : why there is nothing
-    front : nothing else is both faster and more exact
+    entry: Entry
+    method: str
+    setting: dict[str, Any]
+    options: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Optics:
+    """What every field is computed for.
+
+    wavelength : metres
     """
 
-    scene: str
-    kind: str
-    method: str
-    setting: str
-    points: int
-    seconds: list[float] = field(default_factory=list)
-    errors: list[float] = field(default_factory=list)
-    predicted: float | None = None
-    psnr: float | None = None
-    refused: str = ""
-    front: bool = False
+    slm: SLM
+    wavelength: float
+    coding: Coding
 
-    @property
-    def time(self) -> float:
-        """Median seconds per frame."""
-        return float(np.median(self.seconds)) if self.seconds else float("nan")
+    def field(
+        self, cloud: PointCloud, method: str | Method, options: Mapping[str, Any]
+    ) -> NDArray[np.complex64]:
+        """(H, W) field by a CGH method."""
+        return compute_field(
+            cloud, self.slm, self.wavelength, method, passband=self.coding.passband, **options
+        )
 
-    @property
-    def error(self) -> float:
-        """Largest over the frames."""
-        return max(self.errors, default=float("nan"))
+    def pixels(self, points: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Rows and columns where errors are measured: fewer pixels for more points."""
+        random = np.random.default_rng(0)
+        count = max(32, min(512, 8_000_000 // max(points, 1)))
+        return (
+            random.integers(0, self.slm.height, count),
+            random.integers(0, self.slm.width, count),
+        )
 
-    @property
-    def label(self) -> str:
-        return f"{self.method} {self.setting}".strip()
+    def truth(
+        self, cloud: PointCloud, pixels: tuple[NDArray[np.int64], NDArray[np.int64]]
+    ) -> NDArray[np.complex128]:
+        """The float64 truth at pixels."""
+        return reference_samples(
+            cloud, self.slm, self.wavelength, *pixels, passband=self.coding.passband
+        )
+
+
+def cgh_labels() -> list[str]:
+    """What `cgh_entries` measures, in its order."""
+    return [e.label for e, _, _ in _cgh_jobs("", 0)]
+
+
+def video_labels() -> list[str]:
+    """What `video_entries` measures, in its order."""
+    return [e.label for e, _, _ in _video_jobs("", 0)]
 
 
 def cgh_entries(
     name: str,
     clouds: Sequence[PointCloud],
-    slm: SLM,
-    wavelength: float,
-    coding: Coding,
+    optics: Optics,
     *,
-    limit: float = 20.0,
+    limit: float = LIMIT,
     images: Images | None = None,
+    smaller: Sequence[Entry] = (),
     watch: Watch = lambda items, _: items,
 ) -> list[Entry]:
     """Every CGH method at every setting, in turn, on each of some fresh clouds.
 
-    limit : seconds per frame past which a method is left out
-    images : compares reconstructions, on the first cloud
+    limit : seconds per frame past which a method is left out, all but `curved`; one that takes
+        more than a quarter of it is run on the first cloud only
+    images : compares reconstructions, on the first cloud. The exact field is `curved` at 2e-6;
+        past 200,000 points the one that `curved` at 1e-6 just made
+    smaller : entries of smaller clouds of the same kind, from which times are reckoned; without
+        them parts of the cloud are run
     """
+    count = len(clouds[0])
     jobs = [
-        (Entry(name, "cgh", method, _told(options), len(clouds[0])), method, options)
-        for method in METHODS
-        for options in CGH_SETTINGS.get(method, [{}])
+        _Job(entry, method, setting, with_cache(method, setting))
+        for entry, method, setting in _cgh_jobs(name, count)
     ]
-    rows, columns = _pixels(slm, len(clouds[0]))
-    window = Window.full(slm)
-    exact = _exact(clouds[0], slm, wavelength, coding) if images is not None else None
-    kept = {id(entry): with_cache(method, options) for entry, method, options in jobs}
-    for entry, method, options in jobs:
-        entry.refused = _too_slow(clouds[0], slm, wavelength, coding, method, options, limit)
-    for number, cloud in enumerate(watch(clouds, name)):
-        truth = reference_samples(cloud, slm, wavelength, rows, columns, passband=coding.passband)
-        for entry, method, _ in jobs:
-            if entry.refused:
-                continue
-            start = time.perf_counter()
-            try:
-                made = compute_field(
-                    cloud, slm, wavelength, method, passband=coding.passband, **kept[id(entry)]
-                )
-            except ValueError as refusal:
-                entry.refused = str(refusal)
-                continue
-            entry.seconds.append(time.perf_counter() - start)
-            entry.errors.append(relative_error(made[rows, columns], truth))
-            if number == 0:
-                if exact is not None and images is not None:
-                    entry.psnr = _worst(images, made, exact, cloud)
-                if method == "curved":
-                    entry.predicted = _expected(
-                        cloud, slm, wavelength, coding, kept[id(entry)], window
-                    )
-    return [entry for entry, _, _ in jobs]
+    pixels = optics.pixels(count)
+    truth, exact, note = None, None, ""
+    if images is not None and count <= _EXACT_POINTS:
+        exact, note = _exact(clouds[0], optics)
+    # The finest first: what it makes may serve as the exact field of the others' images.
+    finest = next(j for j in jobs if j.setting.get("tolerance") == min(TOLERANCES))
+    turns = [finest, *(job for job in jobs if job is not finest)]
+    steps = [(number, job) for number in range(len(clouds)) for job in turns]
+    for number, job in watch(steps, name):
+        entry, cloud = job.entry, clouds[number]
+        if job is finest:
+            truth = None
+        if number == 0 and job.method != "curved":
+            _leave_out_slow(job, cloud, optics, limit, smaller)
+        if entry.refused or (number > 0 and entry.time > _ONCE * limit):
+            continue
+        if truth is None:
+            truth = optics.truth(cloud, pixels)
+        try:
+            made = _run(job, cloud, optics)
+        except ValueError as refusal:
+            entry.refused = str(refusal)
+            continue
+        entry.errors.append(relative_error(made[pixels], truth))
+        entry.pixels = len(truth)
+        if number or images is None:
+            continue
+        if exact is not None:
+            found = images(made, exact, SceneFrame(1, (ObjectFrame("cloud", cloud),)))
+            entry.psnr = min(found.values(), default=None)
+        elif job is finest and count > _EXACT_POINTS:
+            exact, entry.note = made, "exact field of the images"
+        else:
+            entry.note = note or "no PSNR: too many points for an exact field"
+    return [job.entry for job in jobs]
 
 
 def video_entries(
     scene: Scene,
-    slm: SLM,
-    wavelength: float,
-    coding: Coding,
+    optics: Optics,
     numbers: range,
     *,
     images: Images | None = None,
-    limit: float = 20.0,
+    limit: float = LIMIT,
     watch: Watch = lambda items, _: items,
 ) -> list[Entry]:
     """Every video method at every setting, frame by frame in turn.
 
-    images : compares reconstructions on the last frame
+    images : compares reconstructions on the last frame, up to 200,000 points
+    limit : seconds past which a frame, the first excepted, is the method's last
+
+    A method that carries points whose identity is unknown is measured against those it says it
+    shows: freshly quantised ones have unrelated phases.
     """
     count = len(scene.frame(numbers[0]).cloud)
     jobs: list[tuple[Entry, Iterator[Any]]] = []
-    for compensation in COMPENSATIONS:
-        for cgh, options in VIDEO_SETTINGS.get(compensation, [("curved", {})]):
-            entry = Entry(scene.name, "video", compensation, _told(options), count)
-            try:
-                made: Iterator[Any] = chrmc.video(
-                    scene, slm, wavelength, cgh=cgh, compensation=compensation, coding=coding,
-                    frames=(numbers[0], numbers[-1]), **options,
-                )  # fmt: skip
-            except (ValueError, ImportError) as refusal:
-                entry.refused, made = str(refusal), iter(())
-            jobs.append((entry, made))
-    rows, columns = _pixels(slm, count)
-    for number in watch(numbers, f"{scene.name}, videos"):
-        cloud = scene.frame(number).cloud
-        truth = reference_samples(cloud, slm, wavelength, rows, columns, passband=coding.passband)
-        exact = None
-        if images is not None and number == numbers[-1]:
-            exact = _exact(cloud, slm, wavelength, coding)
-        for entry, made in jobs:
-            if entry.refused:
-                continue
-            start = time.perf_counter()
-            try:
-                frame = next(made)
-                got = frame.field
-            except ValueError as refusal:
-                entry.refused = str(refusal)
-                continue
-            entry.seconds.append(time.perf_counter() - start)
-            if len(entry.seconds) == 2 and entry.seconds[-1] > limit:
-                entry.refused = f"left out: {entry.seconds[-1]:.0f} s a frame"
-            entry.errors.append(relative_error(got[rows, columns], truth))
-            if frame.record.error_predicted is not None:
-                entry.predicted = max(entry.predicted or 0.0, frame.record.error_predicted)
-            if exact is not None and images is not None:
-                worst = images(got, exact, frame.scene_frame)
-                entry.psnr = min(worst.values()) if worst else None
+    for entry, cgh, options in _video_jobs(scene.name, count):
+        made: Iterator[Any] = iter(())
+        try:
+            made = chrmc.video(
+                scene, optics.slm, optics.wavelength, cgh=cgh, compensation=entry.method,
+                coding=optics.coding, frames=(numbers[0], numbers[-1]), **options,
+            )  # fmt: skip
+        except (ValueError, ImportError) as refusal:
+            entry.refused = str(refusal)
+        jobs.append((entry, made))
+    pixels = optics.pixels(count)
+    steps = [(number, job) for number in numbers for job in jobs]
+    reached, exact, note = 0, None, ""
+    for number, (entry, made) in watch(steps, f"{scene.name}, videos"):
+        if number != reached:
+            cloud, reached = scene.frame(number).cloud, number
+            truth = optics.truth(cloud, pixels)
+            if images is not None and number == numbers[-1]:
+                exact, note = _exact(cloud, optics)
+        if entry.refused:
+            continue
+        start = time.perf_counter()
+        try:
+            frame = next(made)
+            got = frame.field
+        except ValueError as refusal:
+            entry.refused = str(refusal)
+            continue
+        entry.seconds.append(time.perf_counter() - start)
+        if len(entry.seconds) > 1 and entry.seconds[-1] > limit:
+            entry.leave_out(entry.seconds[-1], about="")
+        own_truth, own_exact, entry.note = truth, exact, entry.note or note
+        if not _same(frame.shown, cloud):
+            own_truth, entry.note = optics.truth(frame.shown, pixels), "against the points it shows"
+            if exact is not None:
+                own_exact, _ = _exact(frame.shown, optics)
+        entry.errors.append(relative_error(got[pixels], own_truth))
+        entry.pixels = len(truth)
+        if frame.record.error_predicted is not None:
+            entry.predicted = max(entry.predicted or 0.0, frame.record.error_predicted)
+        if own_exact is not None and images is not None:
+            entry.psnr = min(images(got, own_exact, frame.scene_frame).values(), default=None)
     return [entry for entry, _ in jobs]
 
 
@@ -199,40 +237,25 @@ def synthetic(count: int, slm: SLM, rounds: int) -> list[PointCloud]:
     return fresh_clouds(surface_cloud(count, slm), rounds)
 
 
-def mark_front(entries: Iterable[Entry]) -> None:
-    """Mark, among the entries of one scene and kind, those that no other beats in both."""
-    groups: dict[tuple[str, str], list[Entry]] = {}
-    for entry in entries:
-        if entry.seconds and not entry.refused:
-            groups.setdefault((entry.scene, entry.kind), []).append(entry)
-    for group in groups.values():
-        least = float("inf")
-        for entry in sorted(group, key=lambda e: (e.time, e.error)):
-            entry.front = entry.error < least
-            least = min(least, entry.error)
+def cloud_name(count: int) -> str:
+    """What the synthetic cloud of so many points is called."""
+    return f"{count} point{'s' * (count > 1)}"
 
 
-COLUMNS = (
-    "scene", "kind", "method", "setting", "points", "seconds", "error", "predicted", "psnr_db",
-    "front", "refused",
-)  # fmt: skip
+def _cgh_jobs(name: str, points: int) -> list[tuple[Entry, str, dict[str, Any]]]:
+    return [
+        (Entry(name, "cgh", method, _told(setting), points), method, setting)
+        for method in METHODS
+        for setting in CGH_SETTINGS.get(method, [{}])
+    ]
 
 
-def to_csv(entries: Iterable[Entry]) -> str:
-    """The table as text, one line per entry."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for e in entries:
-        writer.writerow(
-            (e.scene, e.kind, e.method, e.setting, e.points, _number(e.time), _number(e.error),
-             _number(e.predicted), _number(e.psnr), int(e.front), e.refused)
-        )  # fmt: skip
-    return out.getvalue()
-
-
-def _number(value: float | None) -> str:
-    return "" if value is None or np.isnan(value) else f"{value:.4g}"
+def _video_jobs(name: str, points: int) -> list[tuple[Entry, str, dict[str, Any]]]:
+    return [
+        (Entry(name, "video", compensation, _told(options), points), cgh, options)
+        for compensation in COMPENSATIONS
+        for cgh, options in VIDEO_SETTINGS.get(compensation, [("curved", {})])
+    ]
 
 
 def _told(options: Mapping[str, Any]) -> str:
@@ -242,69 +265,88 @@ def _told(options: Mapping[str, Any]) -> str:
     )
 
 
-def _pixels(slm: SLM, points: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Where errors are measured: fewer pixels for more points."""
-    random = np.random.default_rng(0)
-    count = max(32, min(512, 8_000_000 // max(points, 1)))
-    return random.integers(0, slm.height, count), random.integers(0, slm.width, count)
-
-
-def _too_slow(
-    cloud: PointCloud,
-    slm: SLM,
-    wavelength: float,
-    coding: Coding,
-    method: str,
-    options: Mapping[str, Any],
-    limit: float,
-) -> str:
-    """Why a method is left out, from its time on a few of the points; "" if it is not."""
-    few = min(len(cloud), 16)
-    if method == "curved" or len(cloud) <= few:
-        return ""
-    times = []
-    for count in (few // 4, few):
-        part = cloud.select(np.linspace(0, len(cloud) - 1, count).astype(np.intp))
-        start = time.perf_counter()
+def _run(job: _Job, cloud: PointCloud, optics: Optics) -> NDArray[np.complex64]:
+    """One timed run, and what the method itself expects of it where it says so."""
+    expected: list[float] = []
+    made = None
+    start = time.perf_counter()
+    if job.method == "curved":
         try:
-            compute_field(
-                part, slm, wavelength, method, passband=coding.passband,
-                **with_cache(method, dict(options)),
-            )  # fmt: skip
+            made = optics.field(cloud, _telling(expected), job.options)
+        except ValueError:  # no low-rank form is good enough: the method may have another way
+            start = time.perf_counter()
+    if made is None:
+        made = optics.field(cloud, job.method, job.options)
+    job.entry.seconds.append(time.perf_counter() - start)
+    if expected:
+        job.entry.predicted = max(job.entry.predicted or 0.0, expected[0])
+    return made
+
+
+def _telling(expected: list[float]) -> Method:
+    """`curved` that leaves the error it expects in a list; the same work."""
+
+    def field(
+        cloud: PointCloud,
+        slm: SLM,
+        wavelength: float,
+        window: Window,
+        passband: Passband,
+        *,
+        tolerance: float = 1e-3,
+    ) -> NDArray[np.complex64]:
+        if len(cloud) * window.size <= curved.SMALL:
+            return curved.field(cloud, slm, wavelength, window, passband, tolerance=tolerance)
+        made = curved.low_rank(cloud, slm, wavelength, window, passband, tolerance=tolerance)
+        expected.append(made.error_predicted)
+        return curved.field_of(made.factors, slm, wavelength, window)
+
+    return field
+
+
+def _leave_out_slow(
+    job: _Job, cloud: PointCloud, optics: Optics, limit: float, smaller: Sequence[Entry]
+) -> None:
+    """Refuse a method whose reckoned time passes the limit."""
+
+    def seconds_of(count: int) -> float:
+        part = cloud.select(np.linspace(0, len(cloud) - 1, count).astype(np.intp))
+        options = with_cache(job.method, job.setting)
+        start = time.perf_counter()
+        optics.field(part, job.method, options)
+        return time.perf_counter() - start
+
+    before = [
+        e
+        for e in sorted(smaller, key=lambda e: e.points)
+        if e.kind == "cgh" and e.label == job.entry.label and e.points < len(cloud)
+    ]
+    if before and before[-1].reckoned is not None:
+        reckoned = before[-1].reckoned * len(cloud) / before[-1].points
+    else:
+        known = [(e.points, e.time) for e in before if e.seconds and not e.refused]
+        try:
+            reckoned = reckon(seconds_of, len(cloud), limit, known)
         except ValueError as refusal:
-            return str(refusal)
-        times.append(time.perf_counter() - start)
-    per_point = max(times[1] - times[0], 0.0) / (few - few // 4)
-    reckoned = times[1] + per_point * (len(cloud) - few)
-    return f"left out: about {reckoned:.0f} s a frame" if reckoned > limit else ""
+            job.entry.refused = str(refusal)
+            return
+    if reckoned > limit:
+        job.entry.leave_out(reckoned)
 
 
-def _exact(cloud: PointCloud, slm: SLM, wavelength: float, coding: Coding) -> NDArray[np.complex64]:
-    return compute_field(cloud, slm, wavelength, "curved", passband=coding.passband, tolerance=2e-6)
+def _same(one: PointCloud, other: PointCloud) -> bool:
+    return one is other or (
+        np.array_equal(one.positions, other.positions)
+        and np.array_equal(one.amplitude, other.amplitude)
+        and np.array_equal(one.phase, other.phase)
+    )
 
 
-def _worst(
-    images: Images,
-    made: NDArray[np.complex64],
-    exact: NDArray[np.complex64],
-    cloud: PointCloud,
-) -> float | None:
-    found = images(made, exact, SceneFrame(1, (ObjectFrame("cloud", cloud),)))
-    return min(found.values()) if found else None
-
-
-def _expected(
-    cloud: PointCloud,
-    slm: SLM,
-    wavelength: float,
-    coding: Coding,
-    options: Mapping[str, Any],
-    window: Window,
-) -> float | None:
-    if len(cloud) * window.size <= curved.SMALL:
-        return None
+def _exact(cloud: PointCloud, optics: Optics) -> tuple[NDArray[np.complex64] | None, str]:
+    """The field that images are compared with, or None and why there is none."""
+    if len(cloud) > _EXACT_POINTS:
+        return None, "no PSNR: too many points for an exact field"
     try:
-        made = curved.low_rank(cloud, slm, wavelength, window, coding.passband, **options)
-    except ValueError:  # the method took the exact sum instead
-        return None
-    return made.error_predicted
+        return optics.field(cloud, "curved", {"tolerance": 2e-6}), ""
+    except ValueError as refusal:
+        return None, f"no PSNR: {refusal}"
