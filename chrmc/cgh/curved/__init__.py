@@ -19,10 +19,11 @@ from chrmc.cgh.curved.assembly import (
     phasor,
     reference_cycles,
 )
-from chrmc.cgh.curved.baseband import begin_factor
+from chrmc.cgh.curved.baseband import factor_steps
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import BEARABLE, SMALL, direct_field
-from chrmc.cgh.curved.parallel import alone, spread
+from chrmc.cgh.curved.nodes import Line
+from chrmc.cgh.curved.parallel import alone, finished, side_by_side
 from chrmc.cgh.curved.predict import ROUNDING, Budget, budget_of
 from chrmc.coding import Coding, Passband
 from chrmc.footprint import reach
@@ -53,6 +54,15 @@ def plane_of(slm: SLM, wavelength: float, window: Window, passband: Passband) ->
         (float(y[0]), float(y[-1]), len(y)),
         wavelength,
         (reach(wavelength, passband.fx_max), reach(wavelength, passband.fy_max)),
+    )
+
+
+def lines_of(slm: SLM, window: Window) -> tuple[Line, Line]:
+    """The window's pixel centres along x and along y."""
+    x, y = slm.x(window.columns), slm.y(window.rows)
+    return (
+        Line(float(x[0]), slm.pixel_pitch, len(x)),
+        Line(float(y[0]), slm.pixel_pitch, len(y)),
     )
 
 
@@ -91,18 +101,17 @@ def low_rank(
     """
     check_tolerance(tolerance)
     targets = slm.x(window.columns), slm.y(window.rows)
+    lines = lines_of(slm, window)
     plane = plane_of(slm, wavelength, window, passband)
     # The largest first, so that the others fit beside it.
     parts = sorted(clusters.split(cloud, plane), key=len, reverse=True)
     aim = tolerance
     for _ in range(4):
-        begun = [begin_factor(part, targets, slm.pixel_pitch, plane, aim) for part in parts]
-        spread(lambda piece: piece(), [piece for pieces, _ in begun for piece in pieces])
+        works = [factor_steps(part, lines, plane, aim) for part in parts]
         made, budget = [], Budget(0.0, 0.0)
-        for part, (_, result) in zip(parts, begun, strict=True):
-            factor, series = result()
+        for part, (factor, missed) in zip(parts, finished(side_by_side(works)), strict=True):
             made.append(factor)
-            budget += budget_of(factor, part, targets, wavelength, plane.reach, series)
+            budget += budget_of(factor, part, targets, wavelength, plane.reach, missed)
         # Few nodes see one draw of the points' phases, which may lie far from the mean.
         few = min(min(factor.real.shape) for factor in made) < 12
         limit = min(0.8, 0.5 + ROUNDING / tolerance) if few else 0.8

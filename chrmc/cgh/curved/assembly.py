@@ -48,43 +48,37 @@ def phasor(cycles: Floats) -> tuple[Floats, Floats]:
 
 
 def expand_columns(factor: Factor, x: tuple[Floats, Floats]) -> Singles:
-    """M·A_x as (2·n_y, columns of axis_x.targets): for each panel of y its real, then its
-    imaginary rows.
+    """M·A_x as (2·n_y, columns of axis_x.targets): each node's real, then its imaginary row.
 
     x : cos and sin of the phase put on along x, over all targets
     """
     ny, nx = factor.real.shape
-    # Row pairs (M_re, M_im) meet the cosine, (−M_im, M_re) the sine.
-    left = np.empty((2 * ny, 2, nx), dtype=np.float32)
-    for panel in factor.axis_y.panels:
-        n, nodes = panel.node_count, panel.nodes
-        first, second = (
-            slice(2 * nodes.start, 2 * nodes.start + n),
-            slice(2 * nodes.start + n, 2 * nodes.stop),
-        )
-        left[first, 0] = factor.real[nodes]
-        left[second, 0] = factor.imag[nodes]
-        np.multiply(factor.imag[nodes], _MINUS, out=left[first, 1])
-        left[second, 1] = factor.real[nodes]
+    # (M_re, −M_im) meet the cosine and the sine for the real part, (M_im, M_re) for the other.
+    left = np.empty((ny, 2, nx, 2), dtype=np.float32)
+    left[:, 0, :, 0] = left[:, 1, :, 1] = factor.real
+    np.multiply(factor.imag, _MINUS, out=left[:, 0, :, 1])
+    left[:, 1, :, 0] = factor.imag
+    flat = left.reshape(2 * ny, 2 * nx)
+    panels = factor.axis_x.panels
     covered = factor.axis_x.targets
-    out = np.empty((2 * ny, covered.stop - covered.start), dtype=np.float32)
+    width = covered.stop - covered.start
+    whole = sum(panel.target_count for panel in panels) == width
+    out = (np.empty if whole else np.zeros)((2 * ny, width), dtype=np.float32)
 
     def expand(panel: Panel) -> None:
         place = slice(panel.targets.start - covered.start, panel.targets.stop - covered.start)
         cos, sin = x[0][panel.targets], x[1][panel.targets]
-        part = left[:, :, panel.nodes]
+        part = flat[:, 2 * panel.nodes.start : 2 * panel.nodes.stop]
         if panel.matrix is None:
-            out[:, place] = part[:, 0] * cos.astype(np.float32)
-            out[:, place] += part[:, 1] * sin.astype(np.float32)
+            out[:, place] = part[:, 0::2] * cos.astype(np.float32)
+            out[:, place] += part[:, 1::2] * sin.astype(np.float32)
             return
-        right = np.empty((2, panel.node_count, panel.target_count), dtype=np.float32)
-        np.multiply(panel.matrix.T, cos, out=right[0], casting="same_kind")
-        np.multiply(panel.matrix.T, sin, out=right[1], casting="same_kind")
-        np.matmul(
-            part.reshape(2 * ny, -1), right.reshape(-1, panel.target_count), out=out[:, place]
-        )
+        right = np.empty((panel.node_count, 2, panel.target_count), dtype=np.float32)
+        np.multiply(panel.matrix.T, cos, out=right[:, 0], casting="same_kind")
+        np.multiply(panel.matrix.T, sin, out=right[:, 1], casting="same_kind")
+        np.matmul(part, right.reshape(-1, panel.target_count), out=out[:, place])
 
-    spread(expand, factor.axis_x.panels)
+    spread(expand, panels)
     return out
 
 
@@ -99,18 +93,18 @@ def add_signal(
         rows = wide[2 * panel.nodes.start : 2 * panel.nodes.stop]
         cos, sin = y[0][panel.targets, None], y[1][panel.targets, None]
         place = out[panel.targets, columns]
-        n = panel.node_count
         if panel.matrix is None:
-            block = rows[:n] * cos.astype(np.float32)
-            block -= rows[n:] * sin.astype(np.float32)
+            block = rows[0::2] * cos.astype(np.float32)
+            block -= rows[1::2] * sin.astype(np.float32)
         else:
-            left = np.empty((panel.target_count, 2, n), dtype=np.float32)
-            np.multiply(panel.matrix, cos, out=left[:, 0], casting="same_kind")
-            np.multiply(panel.matrix, -sin, out=left[:, 1], casting="same_kind")
+            left = np.empty((panel.target_count, panel.node_count, 2), dtype=np.float32)
+            np.multiply(panel.matrix, cos, out=left[:, :, 0], casting="same_kind")
+            np.multiply(panel.matrix, -sin, out=left[:, :, 1], casting="same_kind")
+            flat = left.reshape(panel.target_count, -1)
             if not add:
-                np.matmul(left.reshape(-1, 2 * n), rows, out=place)
+                np.matmul(flat, rows, out=place)
                 return
-            block = left.reshape(-1, 2 * n) @ rows
+            block = flat @ rows
         if add:
             place += block
         else:
@@ -132,23 +126,23 @@ def add_field(
 
     def put(panel: Panel) -> None:
         n = panel.node_count
-        rows = np.empty((2, n, wide.shape[1]), dtype=np.complex64)
-        real, imag = np.split(wide[2 * panel.nodes.start : 2 * panel.nodes.stop], 2)
-        rows[0].real, rows[0].imag = real, imag
-        np.multiply(imag, _MINUS, out=rows[1].real)
-        rows[1].imag = real
+        rows = np.empty((n, 2, wide.shape[1]), dtype=np.complex64)
+        part = wide[2 * panel.nodes.start : 2 * panel.nodes.stop].reshape(n, 2, -1)
+        rows[:, 0].real, rows[:, 0].imag = part[:, 0], part[:, 1]
+        np.multiply(part[:, 1], _MINUS, out=rows[:, 1].real)
+        rows[:, 1].imag = part[:, 0]
         cos, sin = y[0][panel.targets, None], y[1][panel.targets, None]
         place = out[panel.targets, columns]
         if panel.matrix is None:
-            block = rows[0] * cos.astype(np.float32) + rows[1] * sin.astype(np.float32)
+            block = rows[:, 0] * cos.astype(np.float32) + rows[:, 1] * sin.astype(np.float32)
         else:
-            left = np.empty((panel.target_count, 2, n), dtype=np.float32)
-            np.multiply(panel.matrix, cos, out=left[:, 0], casting="same_kind")
-            np.multiply(panel.matrix, sin, out=left[:, 1], casting="same_kind")
+            left = np.empty((panel.target_count, n, 2), dtype=np.float32)
+            np.multiply(panel.matrix, cos, out=left[:, :, 0], casting="same_kind")
+            np.multiply(panel.matrix, sin, out=left[:, :, 1], casting="same_kind")
             # The interleaved real and imaginary columns are plain columns to sgemm.
-            block = (left.reshape(-1, 2 * n) @ rows.reshape(2 * n, -1).view(np.float32)).view(
-                np.complex64
-            )
+            block = (
+                left.reshape(panel.target_count, -1) @ rows.reshape(2 * n, -1).view(np.float32)
+            ).view(np.complex64)
         if add:
             place += block
         else:

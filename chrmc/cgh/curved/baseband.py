@@ -1,5 +1,11 @@
-"""A cluster's points to its low-rank factor, by way of sub-clusters where there are many."""
+"""A cluster's points to its low-rank factor, by way of sub-clusters where there are many.
 
+The terms of the series after the first are small, so they need not be summed at nodes that hold
+the whole tolerance: fewer do, from which they are carried to the others.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
 from math import hypot
 from threading import Lock
 
@@ -9,29 +15,22 @@ from numpy.typing import NDArray
 from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.assembly import Factor, add_field, phasor, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
-from chrmc.cgh.curved.nodes import Axis, make_axis
-from chrmc.cgh.curved.parallel import spread
+from chrmc.cgh.curved.nodes import Axis, Line, Needs, axis_behind, make_axis
+from chrmc.cgh.curved.parallel import Steps, finished, spread
 from chrmc.cgh.curved.series import Series, make_series
-from chrmc.cgh.curved.tables import (
-    MOST_AT_ONCE,
-    Begun,
-    begin_baseband,
-    exact_baseband,
-    finished,
-    separable_baseband,
-)
+from chrmc.cgh.curved.tables import Level, Wave, exact_baseband, level_steps
 from chrmc.cgh.curved.wave import Reference, by_curvature
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
 Reals = NDArray[np.floating]
-Summed = tuple[Reals, Reals, Series | float]
 
-PANEL_X, PANEL_Y = 40.0, 18.0
-"""κ of a panel: short ones make the second product small, long ones the baseband."""
-_LEAF_PANEL = 80.0
+PANEL_X, PANEL_Y = 20.0, 15.0
+"""Spacings of nodes in a panel: few make the second product small, many the baseband."""
+_BEHIND = 60.0  # in panels whose targets are nodes
 _LEAF_SHARE = 0.7  # of the tolerance, for sub-clusters
-_NODE_SHARE, _SERIES_SHARE = 0.5, 0.7  # of the tolerance, for interpolation and the series
+_NODE_SHARE, _SERIES_SHARE = 0.45, 0.6  # of the tolerance, for interpolation and the series
+_COARSE_SHARE = 0.2  # for the interpolation of the small terms
 
 _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for it
 MOST_WORK = 2e10
@@ -39,161 +38,184 @@ MOST_WORK = 2e10
 _SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
 
 
+@dataclass(frozen=True)
+class Remainder:
+    """What the sums at the nodes miss.
+
+    series : the one in use, whose terms left out can be tried on points; None without one
+    relative : expected rms error beside that, of the light
+    """
+
+    series: Series | None = None
+    relative: float = 0.0
+
+
+Summed = tuple[Reals, Reals, Remainder]
+"""Real and imaginary baseband (n_y, n_x) at given nodes, and what it misses."""
+Axes = tuple[Axis, Axis]
+
+
+def _needs(
+    cloud: PointCloud, reference: Reference, plane: Plane, tolerance: float, panel: float
+) -> tuple[Needs, Needs]:
+    box = clusters.bounding_box(cloud.positions)
+    extents = clusters.extents(box, reference, plane)
+    lit = clusters.lit(box, plane)
+    first, second = (
+        Needs(extents[axis], plane.wavelength, plane.reach[axis], tolerance, lit[axis], panel)
+        for axis in range(2)
+    )
+    return first, second
+
+
 def cluster_axes(
     cloud: PointCloud,
     reference: Reference,
-    targets: tuple[Floats, Floats],
-    pitch: float | None,
+    targets: tuple[Line, Line],
     plane: Plane,
     tolerance: float,
-) -> tuple[Axis, Axis]:
-    """Nodes and panels along x and y for one cluster."""
+) -> Axes:
+    """Nodes and panels along x and y for one cluster's pixels."""
     x, y, z = cloud.positions.T
-    along_x, along_y = clusters.extents(clusters.bounding_box(cloud.positions), reference, plane)
     share = tolerance * _NODE_SHARE
-    kappa = (PANEL_X, PANEL_Y) if pitch is not None else (_LEAF_PANEL, _LEAF_PANEL)
     return (
-        make_axis(
-            targets[0], pitch, x, z, along_x, plane.wavelength, plane.reach[0], share, kappa[0]
-        ),
-        make_axis(
-            targets[1], pitch, y, z, along_y, plane.wavelength, plane.reach[1], share, kappa[1]
-        ),
+        make_axis(targets[0], x, z, _needs(cloud, reference, plane, share, PANEL_X)[0]),
+        make_axis(targets[1], y, z, _needs(cloud, reference, plane, share, PANEL_Y)[1]),
     )
 
 
-def make_factor(
+def _axes_behind(
+    axes: Axes, cloud: PointCloud, reference: Reference, plane: Plane, tolerance: float
+) -> Axes:
+    """Nodes from which the values at other nodes are read."""
+    x, y, z = cloud.positions.T
+    along_x, along_y = _needs(cloud, reference, plane, tolerance, _BEHIND)
+    return axis_behind(axes[0], x, z, along_x), axis_behind(axes[1], y, z, along_y)
+
+
+def factor_steps(
+    cloud: PointCloud, targets: tuple[Line, Line], plane: Plane, tolerance: float
+) -> Steps[tuple[Factor, Remainder]]:
+    """The low-rank factor of one cluster, in steps."""
+    reference = clusters.reference_of(clusters.bounding_box(cloud.positions), plane)
+    axes = cluster_axes(cloud, reference, targets, plane, tolerance)
+    return (yield from _factor_at(cloud, axes, reference, plane, tolerance, False))
+
+
+def _factor_at(
     cloud: PointCloud,
-    targets: tuple[Floats, Floats],
-    pitch: float | None,
-    plane: Plane,
-    tolerance: float,
-    leaf: bool = False,
-) -> tuple[Factor, Series | float]:
-    """The low-rank factor of one cluster, with the series in use.
-
-    Where sub-clusters have a series each, their largest relative rms remainder stands for them.
-    """
-    return finished(begin_factor(cloud, targets, pitch, plane, tolerance, leaf))
-
-
-def begin_factor(
-    cloud: PointCloud,
-    targets: tuple[Floats, Floats],
-    pitch: float | None,
-    plane: Plane,
-    tolerance: float,
-    leaf: bool = False,
-) -> Begun[tuple[Factor, Series | float]]:
-    """`make_factor` in pieces, so that those of several clusters may run side by side."""
-    box = clusters.bounding_box(cloud.positions)
-    reference = clusters.reference_of(box, plane)
-    axis_x, axis_y = cluster_axes(cloud, reference, targets, pitch, plane, tolerance)
-    if not axis_x.panels or not axis_y.panels:
-        empty = np.zeros((len(axis_y.nodes), len(axis_x.nodes)), dtype=np.float32)
-        return [], lambda: (Factor(axis_x, axis_y, reference, empty, empty), 0.0)
-    pieces, sums = begin_sum(cloud, axis_x, axis_y, reference, plane, tolerance, leaf)
-
-    def result() -> tuple[Factor, Series | float]:
-        real, imag, series = sums()
-        single = real.astype(np.float32, copy=False), imag.astype(np.float32, copy=False)
-        return Factor(axis_x, axis_y, reference, *single), series
-
-    return pieces, result
-
-
-def sum_points(
-    cloud: PointCloud,
-    axis_x: Axis,
-    axis_y: Axis,
+    axes: Axes,
     reference: Reference,
     plane: Plane,
     tolerance: float,
-    series: Series | None = None,
-) -> Summed:
-    """Real and imaginary baseband (n_y, n_x) of a cloud at given nodes, and the series in use.
+    leaf: bool,
+) -> Steps[tuple[Factor, Remainder]]:
+    if not axes[0].panels or not axes[1].panels:
+        empty = np.zeros((len(axes[1].nodes), len(axes[0].nodes)), dtype=np.float32)
+        return Factor(*axes, reference, empty, empty), Remainder()
+    real, imag, missed = yield from sum_steps(cloud, axes, reference, plane, tolerance, leaf)
+    single = real.astype(np.float32, copy=False), imag.astype(np.float32, copy=False)
+    return Factor(*axes, reference, *single), missed
 
-    series : one made for these points and nodes, if there is
-    """
-    return finished(begin_sum(cloud, axis_x, axis_y, reference, plane, tolerance, series=series))
 
-
-def begin_sum(
+def sum_steps(
     cloud: PointCloud,
-    axis_x: Axis,
-    axis_y: Axis,
+    axes: Axes,
     reference: Reference,
     plane: Plane,
     tolerance: float,
     leaf: bool = False,
     series: Series | None = None,
-) -> Begun[Summed]:
-    """`sum_points` in pieces.
+) -> Steps[Summed]:
+    """The baseband of a cloud at given nodes, in steps.
 
     leaf : sum all points at once, not by sub-clusters
+    series : one made for these points and nodes, if there is
     """
     box = clusters.bounding_box(cloud.positions)
-    nodes = len(axis_x.nodes), len(axis_y.nodes)
+    nodes = len(axes[0].nodes), len(axes[1].nodes)
     grid = (1, 1) if leaf else clusters.leaf_grid(box, len(cloud), nodes, plane)
     if grid != (1, 1):
         parts = clusters.leaves(cloud, box, grid)
-        return [], lambda: _from_leaves(parts, axis_x, axis_y, reference, plane, tolerance)
+        return _from_leaves(parts, axes, reference, plane, tolerance)
     if series is None:
-        series = series_for(cloud, axis_x, axis_y, reference, plane, tolerance)
+        series = yield from _series_steps(cloud, axes, reference, plane, tolerance)
+    wave = Wave(reference, plane.wavelength, plane.reach)
     if series is None or series.terms > _MOST_TERMS:
         # The rest of the wave changes too much over the cluster: smaller ones, or none at all.
         parts = clusters.leaves(cloud, box, (2, 2, 2)) if len(cloud) > _FEW else []
         if len(parts) > 1:
-            return [], lambda: _from_leaves(parts, axis_x, axis_y, reference, plane, tolerance)
-        work = len(cloud) * len(axis_x.nodes) * len(axis_y.nodes)
+            return _from_leaves(parts, axes, reference, plane, tolerance)
+        work = len(cloud) * nodes[0] * nodes[1]
         if work > MOST_WORK:
             raise ValueError(
                 f"{len(cloud)} points at {1e3 * box[2, 0]:.3g} mm would take {work:.1e} waves one "
                 f"by one, about {work * 4e-8 / 60:.0f} minutes: move them farther away"
             )
-        return [], lambda: (
-            *exact_baseband(cloud, axis_x, axis_y, reference, plane.wavelength, plane.reach),
-            0.0,
-        )
+        return *exact_baseband(cloud, *axes, wave), Remainder()
     precision = np.float32 if tolerance >= _SINGLE else np.float64
-    fixed = axis_x, axis_y, reference, plane.wavelength, plane.reach, series, precision
-    if len(cloud) > MOST_AT_ONCE:
-        return [], lambda: (*separable_baseband(cloud, *fixed), series)
-    pieces, sums = begin_baseband(cloud, *fixed)
-    return pieces, lambda: (*sums(), series)
+    rest = float(np.linalg.norm(series.sizes[1:]))
+    coarse: Axes | None = None
+    if series.terms > 1:
+        aim = min(_COARSE_SHARE * tolerance / rest, 0.1)
+        coarse = _axes_behind(axes, cloud, reference, plane, aim)
+        pixels = len(coarse[0].nodes) * len(coarse[1].nodes)
+        if not clusters.coarse_pays(len(cloud), nodes, pixels, series.terms):
+            coarse = None
+    if coarse is None:
+        levels = [Level(*axes, slice(0, None))]
+        sums = yield from level_steps(cloud, levels, wave, series, precision)
+        return *sums[0], Remainder(series)
+    levels = [Level(*axes, slice(0, 1)), Level(*coarse, slice(1, None))]
+    fine, small = yield from level_steps(cloud, levels, wave, series, precision)
+    more = np.zeros(fine[0].shape, dtype=np.complex64)
+    single = small[0].astype(np.float32, copy=False), small[1].astype(np.float32, copy=False)
+    still = tuple((np.ones(n), np.zeros(n)) for n in nodes)
+
+    def carry() -> None:
+        add_field(more, Factor(*coarse, reference, *single), still[0], still[1], add=False)
+        np.add(fine[0], more.real, out=fine[0])
+        np.add(fine[1], more.imag, out=fine[1])
+
+    yield [carry]
+    return *fine, Remainder(series, aim * rest)
 
 
 def series_for(
-    cloud: PointCloud,
-    axis_x: Axis,
-    axis_y: Axis,
-    reference: Reference,
-    plane: Plane,
-    tolerance: float,
+    cloud: PointCloud, axes: Axes, reference: Reference, plane: Plane, tolerance: float
 ) -> Series | None:
     """The series of the non-separable rest for a cloud's points and some nodes."""
     return make_series(
-        (float(axis_x.nodes[0]), float(axis_x.nodes[-1])),
-        (float(axis_y.nodes[0]), float(axis_y.nodes[-1])),
+        axes[0].span,
+        axes[1].span,
         clusters.bounding_box(by_curvature(cloud.positions)),
         reference.kernel(plane.wavelength),
         tolerance * _SERIES_SHARE,
     )
 
 
+def _series_steps(
+    cloud: PointCloud, axes: Axes, reference: Reference, plane: Plane, tolerance: float
+) -> Steps[Series | None]:
+    made: list[Series | None] = []
+
+    def piece() -> None:
+        made.append(series_for(cloud, axes, reference, plane, tolerance))
+
+    pieces: list[Callable[[], None]] = [piece]
+    yield pieces
+    return made[0]
+
+
 def _from_leaves(
     parts: list[PointCloud],
-    axis_x: Axis,
-    axis_y: Axis,
+    axes: Axes,
     reference: Reference,
     plane: Plane,
     tolerance: float,
-) -> tuple[Reals, Reals, float]:
-    """Baseband at a cluster's nodes, summed over sub-clusters' own few nodes.
-
-    Also the relative rms error of the sub-clusters: their series' and their nodes'.
-    """
-    x, y = axis_x.nodes, axis_y.nodes
+) -> Summed:
+    """Baseband at a cluster's nodes, summed over sub-clusters' own few nodes."""
+    x, y = axes[0].nodes, axes[1].nodes
     total = np.zeros((len(y), len(x)), dtype=np.complex64)
     own_x = reference_cycles(x, reference.x, reference.z_x, plane.wavelength)
     own_y = reference_cycles(y, reference.y, reference.z_y, plane.wavelength)
@@ -201,14 +223,16 @@ def _from_leaves(
     lock = Lock()
 
     def carry(part: PointCloud) -> float:
-        factor, left_out = make_factor(part, (x, y), None, plane, share, leaf=True)
-        its = factor.reference
+        its = clusters.reference_of(clusters.bounding_box(part.positions), plane)
+        behind = _axes_behind(axes, part, its, plane, _NODE_SHARE * share)
+        factor, missed = finished(_factor_at(part, behind, its, plane, share, True))
         turn_x = phasor(reference_cycles(x, its.x, its.z_x, plane.wavelength) - own_x)
         turn_y = phasor(reference_cycles(y, its.y, its.z_y, plane.wavelength) - own_y)
         with lock:
             add_field(total, factor, turn_x, turn_y, add=True)
-        return left_out if isinstance(left_out, float) else left_out.dropped
+        dropped = missed.series.dropped if missed.series is not None else 0.0
+        return hypot(dropped, missed.relative)
 
     dropped = max(spread(carry, parts))
     between = _NODE_SHARE * share
-    return total.real.copy(), total.imag.copy(), hypot(dropped, between)
+    return total.real.copy(), total.imag.copy(), Remainder(None, hypot(dropped, between))

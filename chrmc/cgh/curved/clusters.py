@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 # Costs in multiply-adds of a matrix product, as measured: a table entry, a cluster's fixed work.
 _ENTRY = 500.0
 _CLUSTER = 2.5e8
+_CARRY = 5e7
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,16 @@ def extents(box: Floats, reference: Reference, plane: Plane) -> tuple[Extent, Ex
         Extent(x_low, x_high, z_low, z_high, reference.x, reference.z_x, far_y),
         Extent(y_low, y_high, z_low, z_high, reference.y, reference.z_y, far_x),
     )
+
+
+def lit(box: Floats, plane: Plane) -> tuple[float, float]:
+    """Metres of the targets' range along x and y in some point's footprint."""
+    lengths = []
+    for axis, (first, last, count) in enumerate((plane.x, plane.y)):
+        far = float(box[2, 1]) * plane.reach[axis]
+        length = min(last, float(box[axis, 1]) + far) - max(first, float(box[axis, 0]) - far)
+        lengths.append(max(length, (last - first) / count))
+    return lengths[0], lengths[1]
 
 
 def _kappas(box: Floats, plane: Plane) -> tuple[float, float]:
@@ -187,3 +198,13 @@ def leaves(cloud: PointCloud, box: Floats, grid: tuple[int, ...]) -> list[PointC
     order = np.argsort(cell, kind="stable")
     bounds = np.flatnonzero(np.diff(cell[order])) + 1
     return [cloud.select(part) for part in np.split(order, bounds)]
+
+
+def coarse_pays(count: int, nodes: tuple[int, int], coarse: int, terms: int) -> bool:
+    """Whether the terms after the first are better summed at `coarse` nodes in all and carried.
+
+    nodes : (n_x, n_y) of the first
+    """
+    fine = nodes[0] * nodes[1]
+    saved = 6 * count * (terms - 1) * (fine - coarse)
+    return saved > _CARRY + _ENTRY / 5 * count * 2 * coarse**0.5 + 8 * coarse**0.5 * fine

@@ -1,87 +1,53 @@
-"""Chebyshev nodes on panels of an axis, and the matrices that interpolate from them.
+"""A cluster's nodes along one axis: runs of even nodes, cut into panels that read from them.
 
-A baseband whose local frequency stays below f over a panel of length D needs
-n = κ + a·κ^(1/3) Chebyshev nodes there, κ = π·f·D; a grows by 0.93 with each decimal digit.
-Several short panels need a few more nodes in all than one long one, but each target then
-depends on the nodes of its own panel alone, which makes the two GEMMs several times smaller.
+Where no footprint ends the nodes are as dense as the baseband's bandwidth asks; in the strips
+where the soft edges fall, as dense as the edges ask. Nodes of a run without edges that lie past
+its end hold the light without its footprint, so that the run stays smooth throughout.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from itertools import pairwise
-from math import ceil, hypot, log10, pi, sqrt
+from math import ceil, hypot, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.footprint import SOFT_SHARE
+from chrmc.cgh.curved.band import Grid, band_grid, band_matrix, edge_grid, edge_matrix
+from chrmc.cgh.curved.chebyshev import chebyshev, node_count, pixel_interpolation
+from chrmc.footprint import SOFT_SHARE, taper
 
 Floats = NDArray[np.float64]
-_TAPER = 1.2  # measured: twice as much lowers no error, half as much doubles it
 
 
-@lru_cache(maxsize=256)
-def chebyshev(count: int) -> Floats:
-    """(count,) Chebyshev nodes of the first kind on [−1, 1], ascending. Read-only."""
-    nodes = -np.cos(pi * (np.arange(count) + 0.5) / count)
-    nodes.flags.writeable = False
-    return nodes
+@dataclass(frozen=True)
+class Line:
+    """Evenly spaced places: first, first + step, …, metres."""
 
+    first: float
+    step: float
+    count: int
 
-def interpolation(count: int, targets: Floats) -> Floats:
-    """(len(targets), count) matrix from values at `chebyshev(count)` to targets in [−1, 1].
+    @property
+    def places(self) -> Floats:
+        """(count,) metres, ascending."""
+        return self.first + self.step * np.arange(self.count)
 
-    Second (true) barycentric form: Berrut and Trefethen, SIAM Review 46, 501 (2004).
-    """
-    index = np.arange(count)
-    weights = (-1.0) ** index * np.sin(pi * (index + 0.5) / count)
-    gap = np.asarray(targets, dtype=np.float64)[:, None] - chebyshev(count)
-    exact = np.abs(gap) < 1e-15
-    terms = weights / np.where(exact, 1.0, gap)
-    matrix = terms / terms.sum(axis=1, keepdims=True)
-    on_node = exact.any(axis=1)
-    matrix[on_node] = exact[on_node]
-    return matrix
-
-
-@lru_cache(maxsize=512)
-def pixel_interpolation(count: int, pixels: int) -> Floats:
-    """(pixels, count) matrix to the centres of `pixels` equal cells of [−1, 1]. Read-only."""
-    matrix = interpolation(count, (2 * np.arange(pixels) + 1 - pixels) / pixels)
-    matrix.flags.writeable = False
-    return matrix
-
-
-def node_count(kappa: float, tolerance: float) -> int:
-    """Nodes for exp(iκu), |κ| ≤ kappa, on [−1, 1] at an rms error of `tolerance`."""
-    digits = max(1.0, -log10(tolerance))
-    return max(1, ceil(kappa + (0.93 * digits - 0.35) * max(kappa, 3.0) ** (1 / 3)))
-
-
-def taper_frequency(half_width: float, tolerance: float) -> float:
-    """Extra bandwidth, cycles per metre, that resolves a cos² edge to `tolerance`.
-
-    The edge has a jump in its second derivative: its spectrum falls as f⁻³, so the energy left
-    out beyond f falls as f⁻⁵ and the frequency needed grows as tolerance^(−2/5), here with a
-    margin for where panels happen to end.
-    """
-    return _TAPER * (1e-3 / tolerance) ** 0.45 / (SOFT_SHARE * half_width)
+    def part(self, start: int, stop: int) -> "Line":
+        """Places start … stop − 1 of it."""
+        return Line(self.first + start * self.step, self.step, stop - start)
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A run of targets interpolated from a run of nodes.
+    """A run of targets interpolated from a run of nodes, some of which its neighbours use too.
 
     targets, nodes : slices
     matrix : (targets, nodes), or None where the nodes are the targets themselves
-    tapered : a footprint ends in it
     """
 
     targets: slice
     nodes: slice
     matrix: Floats | None
-    tapered: bool
 
     @property
     def target_count(self) -> int:
@@ -93,14 +59,35 @@ class Panel:
 
 
 @dataclass(frozen=True, eq=False)
+class Run:
+    """Nodes of one kind.
+
+    nodes : slice of the axis's nodes
+    line : their places, None where they are not even
+    tapered : the footprint is in their values
+    weight : (n,) targets that each stands for; 0 for those beyond the targets
+    """
+
+    nodes: slice
+    line: Line | None
+    tapered: bool
+    weight: Floats
+
+    def moved(self, by: int) -> "Run":
+        """The same with other nodes before it."""
+        return Run(_moved(self.nodes, by), self.line, self.tapered, self.weight)
+
+
+@dataclass(frozen=True, eq=False)
 class Axis:
     """The nodes of a cluster along x or y.
 
-    nodes : (n,) metres, ascending
-    panels : in order; targets outside all of them see none of the cluster's light
+    nodes : (n,) metres, ascending within a run
+    runs, panels : in order; targets outside all panels see none of the cluster's light
     """
 
     nodes: Floats
+    runs: tuple[Run, ...]
     panels: tuple[Panel, ...]
 
     @property
@@ -111,24 +98,57 @@ class Axis:
         return slice(self.panels[0].targets.start, self.panels[-1].targets.stop)
 
     @property
-    def widest(self) -> int:
-        """Nodes of the largest panel."""
-        return max((p.node_count for p in self.panels), default=0)
+    def span(self) -> tuple[float, float]:
+        """Lowest and highest node."""
+        return float(self.nodes.min()), float(self.nodes.max())
+
+    def weights(self, x: Floats, z: Floats, reach: float) -> Floats:
+        """(N, n) soft footprint of points at x, z in the nodes' values."""
+        out = np.ones((len(x), len(self.nodes)))
+        for run in self.runs:
+            if run.tapered:
+                places = self.nodes[run.nodes]
+                out[:, run.nodes] = taper(places - x[:, None], (z * reach)[:, None])
+        return out
+
+
+def joined(axes: Sequence[tuple[Axis, int]]) -> Axis:
+    """Axes one after the other, each with the number of its first target."""
+    runs: list[Run] = []
+    panels: list[Panel] = []
+    count = 0
+    for axis, first in axes:
+        for run in axis.runs:
+            runs.append(run.moved(count))
+        for panel in axis.panels:
+            panels.append(
+                Panel(_moved(panel.targets, first), _moved(panel.nodes, count), panel.matrix)
+            )
+        count += len(axis.nodes)
+    nodes = np.concatenate([axis.nodes for axis, _ in axes]) if axes else np.zeros(0)
+    return Axis(nodes, tuple(runs), tuple(panels))
+
+
+def _moved(part: slice, by: int) -> slice:
+    return slice(part.start + by, part.stop + by)
 
 
 def part_of(axis: Axis, tapered: bool) -> tuple[Axis, NDArray[np.intp]]:
-    """The panels in which a footprint ends, or the others, and their nodes' places in `axis`."""
-    panels: list[Panel] = []
+    """The runs with the footprint in them, or the others, and their nodes' places in `axis`.
+
+    Its panels are left out: it is for sums at the nodes.
+    """
+    runs: list[Run] = []
     places: list[NDArray[np.intp]] = [np.zeros(0, dtype=np.intp)]
     count = 0
-    for panel in axis.panels:
-        if panel.tapered == tapered:
-            nodes = slice(count, count + panel.node_count)
-            panels.append(Panel(panel.targets, nodes, panel.matrix, tapered))
-            places.append(np.arange(panel.nodes.start, panel.nodes.stop))
-            count = nodes.stop
+    for run in axis.runs:
+        if run.tapered == tapered:
+            size = run.nodes.stop - run.nodes.start
+            runs.append(run.moved(count - run.nodes.start))
+            places.append(np.arange(run.nodes.start, run.nodes.stop))
+            count += size
     place = np.concatenate(places)
-    return Axis(axis.nodes[place], tuple(panels)), place
+    return Axis(axis.nodes[place], tuple(runs), ()), place
 
 
 @dataclass(frozen=True)
@@ -161,73 +181,165 @@ def local_frequency(targets: Iterable[float], extent: Extent, wavelength: float)
     return largest / wavelength
 
 
-def make_axis(
-    targets: Floats,
-    pitch: float | None,
-    x: Floats,
-    z: Floats,
-    extent: Extent,
-    wavelength: float,
-    reach: float,
-    tolerance: float,
-    panel_kappa: float,
-) -> Axis:
-    """Nodes and panels of a cluster's baseband along one axis.
+@dataclass(frozen=True)
+class Needs:
+    """What an axis's nodes must resolve.
 
-    targets : (T,) ascending, metres
-    pitch : spacing of equally spaced targets, else None
-    x, z : (N,) the points' coordinate on this axis and depth
+    extent, wavelength : of the cluster
     reach : footprint half-width per depth, inf for none
-    panel_kappa : κ that a panel should have, about
+    tolerance : rms error of interpolation, of the light
+    lit : metres of the axis that the light falls on
+    panel : spacings of nodes that a panel should have, about
     """
-    if np.isfinite(reach):
-        half = z * reach
-        low, flat_low = float(np.min(x - half)), float(np.max(x - (1 - SOFT_SHARE) * half))
-        high, flat_high = float(np.max(x + half)), float(np.min(x + (1 - SOFT_SHARE) * half))
-        edge = taper_frequency(float(half.min()), tolerance)
-        first, last = np.searchsorted(targets, low, "right"), np.searchsorted(targets, high, "left")
-        if flat_low < flat_high:
-            a, b = np.clip(np.searchsorted(targets, [flat_low, flat_high]), first, last)
-            parts = [(first, a, True), (a, b, False), (b, last, True)]
-        else:
-            parts = [(first, last, True)]
-    else:
-        edge = 0.0
-        parts = [(0, len(targets), False)]
-    nodes: list[Floats] = []
-    panels: list[Panel] = []
-    count = 0
+
+    extent: Extent
+    wavelength: float
+    reach: float
+    tolerance: float
+    lit: float
+    panel: float
+
+
+def make_axis(line: Line, x: Floats, z: Floats, needs: Needs) -> Axis:
+    """Nodes and panels of a cluster's baseband for even targets.
+
+    x, z : (N,) the points' coordinate on this axis and depth
+    """
+    if not np.isfinite(needs.reach):
+        return _smooth_run(line, needs)
+    half = z * needs.reach
+    low, flat_low = float(np.min(x - half)), float(np.max(x - (1 - SOFT_SHARE) * half))
+    high, flat_high = float(np.max(x + half)), float(np.min(x + (1 - SOFT_SHARE) * half))
+    targets = line.places
+    first, last = np.searchsorted(targets, low, "right"), np.searchsorted(targets, high, "left")
+    parts: list[tuple[int, int, bool]] = [(int(first), int(last), True)]
+    if flat_low < flat_high:
+        a, b = np.clip(np.searchsorted(targets, [flat_low, flat_high]), first, last)
+        parts = [(int(first), int(a), True), (int(a), int(b), False), (int(b), int(last), True)]
+    made = []
     for start, stop, tapered in parts:
-        if stop <= start:
-            continue
-        low, high = float(targets[start]), float(targets[stop - 1])
-        span = (low, (low + high) / 2, high)
-        frequency = local_frequency(span, extent, wavelength) + (edge if tapered else 0.0)
-        length = high - low + (pitch or 0.0)
-        pieces = max(1, min(stop - start, round(pi * frequency * length / panel_kappa)))
-        # Where the pixels are no finer than the nodes would be, they are the nodes.
-        if node_count(pi * frequency * length / pieces, tolerance) * pieces >= stop - start:
-            pieces = 1
-        cuts = np.linspace(start, stop, pieces + 1).round().astype(int)
-        for c0, c1 in pairwise(cuts):
-            here, matrix = _panel(targets[c0:c1], pitch, frequency, tolerance)
-            panels.append(
-                Panel(slice(c0, c1), slice(count, count + len(here)), matrix, bool(tapered))
-            )
-            nodes.append(here)
-            count += len(here)
-    return Axis(np.concatenate(nodes) if nodes else np.zeros(0), tuple(panels))
+        if stop > start:
+            part = line.part(start, stop)
+            edge = SOFT_SHARE * float(half.min()), low, high
+            own = _edge_run(part, needs, edge) if tapered else _smooth_run(part, needs)
+            made.append((own, start))
+    return joined(made)
 
 
-def _panel(
-    targets: Floats, pitch: float | None, frequency: float, tolerance: float
-) -> tuple[Floats, Floats | None]:
-    margin = 0.0 if pitch is None else pitch / 2
-    low, high = targets[0] - margin, targets[-1] + margin
-    n = node_count(pi * frequency * (high - low), tolerance)
-    if n >= len(targets):
-        return targets, None
-    nodes = (low + high) / 2 + (high - low) / 2 * chebyshev(n)
-    if pitch is not None:
-        return nodes, pixel_interpolation(n, len(targets))
-    return nodes, interpolation(n, (2 * targets - low - high) / (high - low))
+def axis_behind(axis: Axis, x: Floats, z: Floats, needs: Needs) -> Axis:
+    """Nodes whose targets are the nodes of another axis, run by run."""
+    made = []
+    for run in axis.runs:
+        if run.line is None:
+            own = _same(axis.nodes[run.nodes], run.line, run.tapered)
+        elif run.tapered:
+            own = make_axis(run.line, x, z, needs)
+        else:
+            own = _smooth_run(run.line, needs)
+        made.append((own, run.nodes.start))
+    return joined(made)
+
+
+def _same(places: Floats, line: Line | None, tapered: bool) -> Axis:
+    """Nodes that are the targets."""
+    every = slice(0, len(places))
+    run = Run(every, line, tapered, np.ones(len(places)))
+    return Axis(places, (run,), (Panel(every, every, None),))
+
+
+_FEW = 4.0  # Nyquist's count on a whole run below which Chebyshev nodes are as few, and end with it
+
+
+def _smooth_run(line: Line, needs: Needs) -> Axis:
+    """One run over all targets of a line, without a footprint."""
+    count, step = line.count, line.step
+    margin = 0.0
+    grid: Grid | None = None
+    nyquist = 0.0
+    for _ in range(2):
+        # The waves' frequency where the outermost nodes lie.
+        low, high = line.first - margin, line.first + step * (count - 1) + margin
+        wide = local_frequency((low, (low + high) / 2, high), needs.extent, needs.wavelength)
+        if 2 * wide * step <= 1.02 * nyquist:
+            break
+        nyquist = 2 * wide * step
+        if nyquist * count < _FEW:
+            return _chebyshev_run(line, wide, needs.tolerance)
+        grid = band_grid(count, nyquist, needs.tolerance, needs.panel)
+        if grid is None:
+            break
+        margin = grid.margin * step * grid.targets / grid.spacings
+    if grid is None:
+        return _same(line.places, line, False)
+    return _even_run(
+        line, grid, lambda targets: band_matrix(grid, targets, nyquist, needs.tolerance), None
+    )
+
+
+def _chebyshev_run(line: Line, frequency: float, tolerance: float) -> Axis:
+    count = line.count
+    n = node_count(pi * frequency * count * line.step, tolerance)
+    if n >= count:
+        return _same(line.places, line, False)
+    unit = chebyshev(n)
+    middle = line.first + line.step * (count - 1) / 2
+    nodes = middle + line.step * count / 2 * unit
+    weight = pi / 2 / n * count * np.sqrt(1 - unit**2)
+    every = slice(0, n)
+    panel = Panel(slice(0, count), every, pixel_interpolation(n, count))
+    return Axis(nodes, (Run(every, None, False, weight),), (panel,))
+
+
+def _edge_run(line: Line, needs: Needs, edge: tuple[float, float, float]) -> Axis:
+    """One run over all targets of a line, in which footprints end.
+
+    edge : width of the soft edges, and where the light begins and ends
+    """
+    count, step = line.count, line.step
+    ends = line.first, line.first + step * (count - 1) / 2, line.first + step * (count - 1)
+    nyquist = 2 * local_frequency(ends, needs.extent, needs.wavelength) * step
+    width, lit = edge[0] / step, needs.lit / step
+    grid = edge_grid(count, nyquist, width, lit, needs.tolerance, needs.panel)
+    if grid is None:
+        return _same(line.places, line, True)
+    return _even_run(
+        line, grid, lambda targets: edge_matrix(grid, targets, nyquist, width, needs.tolerance),
+        edge[1:],
+    )  # fmt: skip
+
+
+def _even_run(
+    line: Line,
+    grid: Grid,
+    matrix: Callable[[int], Floats],
+    light: tuple[float, float] | None,
+) -> Axis:
+    """The nodes and panels of a grid.
+
+    matrix : number of targets to a panel's matrix
+    light : where it begins and ends, in a tapered run
+    """
+    spacing = line.step * grid.targets / grid.spacings
+    first = line.first - line.step / 2 + spacing * (0.5 - grid.margin)
+    total = grid.count(line.count)
+    below = above = 0
+    if light is not None:
+        # Nodes that no light falls on hold zeros.
+        dark = light[0] - first, first + spacing * (total - 1) - light[1]
+        below, above = (int(min(max(ceil(d / spacing), 0), grid.margin)) for d in dark)
+    nodes = Line(first + below * spacing, spacing, total - below - above)
+    panels = []
+    for number in range(grid.panels):
+        start = number * grid.targets
+        stop = min(start + grid.targets, line.count)
+        whole = matrix(stop - start)
+        low = number * grid.spacings - below
+        high = low + whole.shape[1]
+        part = whole[:, max(0, -low) : whole.shape[1] - max(0, high - nodes.count)]
+        panels.append(
+            Panel(slice(start, stop), slice(max(0, low), min(high, nodes.count)), part)
+        )
+    weight = np.zeros(nodes.count)
+    weight[grid.margin - below : total - grid.margin - below] = grid.targets / grid.spacings
+    run = Run(slice(0, nodes.count), nodes, light is not None, weight)
+    return Axis(nodes.places, (run,), tuple(panels))

@@ -6,9 +6,10 @@ BLAS stays at one thread here, and whole tasks run side by side.
 """
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache, wraps
+from itertools import count
 from typing import Any, TypeVar, cast
 
 from threadpoolctl import ThreadpoolController
@@ -58,23 +59,62 @@ def _pool() -> ThreadPoolExecutor:
 def spread(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
     """[function(item) for item in items], side by side; in turn within a task of another spread.
 
-    Every core takes each so-many-th item: handing over items one by one costs more than some.
+    Every core takes the next item that is left, so the long ones should come first.
     """
-    shares = min(workers(), len(items))
-    if shares < 2 or getattr(_here, "inside", False):
+    cores = min(workers(), len(items))
+    if cores < 2 or getattr(_here, "inside", False):
         return [function(item) for item in items]
+    done: list[Any] = [None] * len(items)
+    left = count()
 
-    def task(first: int) -> list[R]:
+    def take() -> None:
         _here.inside = True
         try:
-            return [function(item) for item in items[first::shares]]
+            while (number := next(left)) < len(items):
+                done[number] = function(items[number])
         finally:
             _here.inside = False
 
     with one_blas_thread():
-        others = [_pool().submit(task, first) for first in range(1, shares)]
-        done = [task(0)] + [other.result() for other in others]
-    return [done[number % shares][number // shares] for number in range(len(items))]
+        others = [_pool().submit(take) for _ in range(1, cores)]
+        try:
+            take()
+        finally:
+            for other in others:
+                other.result()
+    return done
+
+
+Steps = Generator[list[Callable[[], None]], None, T]
+"""Work in steps: each yields pieces that may run side by side; what it returns is the result."""
+
+
+def side_by_side(works: Sequence[Steps[T]]) -> Steps[list[T]]:
+    """Several works as one, whose steps hold the pieces of all of them."""
+    results: dict[int, T] = {}
+    running = dict(enumerate(works))
+    while running:
+        pieces: list[Callable[[], None]] = []
+        for number, work in list(running.items()):
+            try:
+                pieces += next(work)
+            except StopIteration as end:
+                results[number] = end.value
+                del running[number]
+        if pieces:
+            yield pieces
+    return [results[number] for number in range(len(works))]
+
+
+def finished(work: Steps[T]) -> T:
+    """The result of a work, each step's pieces spread over the cores."""
+    while True:
+        try:
+            pieces = next(work)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+        spread(lambda piece: piece(), pieces)
 
 
 def alone(function: F) -> F:

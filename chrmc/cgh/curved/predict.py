@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.assembly import Factor
-from chrmc.cgh.curved.nodes import Axis, chebyshev
-from chrmc.cgh.curved.series import Series
+from chrmc.cgh.curved.baseband import Remainder
+from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.wave import axis_cycles, by_curvature, phasors
 from chrmc.footprint import taper
 from chrmc.scene.points import PointCloud
@@ -58,6 +58,9 @@ def axis_powers(
     edge : the same to their weights, which count only where a footprint ends
     """
     at_nodes = wave(axis.nodes)
+    for run in axis.runs:
+        if run.tapered:
+            at_nodes[:, run.nodes] *= edge(axis.nodes[run.nodes])
     # A low-discrepancy choice of targets: fractions of the golden section.
     picks, guesses, shares = [], [], []
     for panel in axis.panels:
@@ -65,8 +68,6 @@ def axis_powers(
         index = ((np.arange(n) + 0.618) / n * panel.target_count).astype(np.intp)
         index = np.minimum(index, panel.target_count - 1)
         picks.append(targets[panel.targets][index])
-        if panel.tapered:
-            at_nodes[:, panel.nodes] *= edge(axis.nodes[panel.nodes])
         values = at_nodes[:, panel.nodes]
         guesses.append(values[:, index] if panel.matrix is None else values @ panel.matrix[index].T)
         shares.append(np.full(n, panel.target_count / n))
@@ -78,16 +79,13 @@ def axis_powers(
 
 
 def light_of(factor: Factor) -> float:
-    """Σ|field|² over the targets, from the baseband: Gauss–Chebyshev weights on each panel."""
+    """Σ|field|² over the targets, from the baseband at the nodes among them."""
     weights = []
     for axis in (factor.axis_y, factor.axis_x):
-        parts = [
-            np.ones(p.node_count)
-            if p.matrix is None
-            else pi / 2 / p.node_count * p.target_count * np.sqrt(1 - chebyshev(p.node_count) ** 2)
-            for p in axis.panels
-        ]
-        weights.append(np.concatenate(parts) if parts else np.zeros(0))
+        weight = np.zeros(len(axis.nodes))
+        for run in axis.runs:
+            weight[run.nodes] = run.weight
+        weights.append(weight)
     power = factor.real.astype(np.float64) ** 2 + factor.imag.astype(np.float64) ** 2
     return float(weights[0] @ power @ weights[1])
 
@@ -98,13 +96,13 @@ def budget_of(
     targets: tuple[Floats, Floats],
     wavelength: float,
     reach: tuple[float, float],
-    series: Series | float,
+    missed: Remainder,
 ) -> Budget:
     """Expected error and light of one cluster's factor.
 
     cloud : the points it was made from
     targets : x and y of the pixels
-    series : the series in use, or the relative rms that several of them leave out
+    missed : what the sums at the nodes miss
     """
     if not factor.real.size:
         return Budget(0.0, 0.0)
@@ -137,11 +135,10 @@ def budget_of(
 
     light_x, miss_x = axis_powers(factor.axis_x, targets[0], along_x, edge_of(x, reach[0]))
     light_y, miss_y = axis_powers(factor.axis_y, targets[1], along_y, edge_of(y, reach[1]))
-    if isinstance(series, Series):
+    dropped = np.full(len(chosen), missed.relative**2)
+    if missed.series is not None:
         places = by_curvature(cloud.positions[chosen])
-        dropped = series.missed(places, its.kernel(wavelength), reach)
-    else:
-        dropped = np.full(len(chosen), series**2)
+        dropped += missed.series.missed(places, its.kernel(wavelength), reach)
     error = miss_x * light_y + light_x * miss_y + (dropped + ROUNDING**2) * light_x * light_y
     return Budget(float(share @ error), light_of(factor))
 

@@ -10,7 +10,7 @@ from math import pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.nodes import chebyshev, interpolation, node_count
+from chrmc.cgh.curved.chebyshev import chebyshev, interpolation, node_count
 from chrmc.cgh.curved.wave import Kernel, phasors
 
 Floats = NDArray[np.float64]
@@ -27,6 +27,7 @@ class Series:
     box : (3, 2) lowest and highest x, y, z
     grid : half-open, the Chebyshev grid of `values`: (low, high, count) for x and for y
     values : (L, ny, nx) complex128 F_l on that grid
+    sizes : (L,) rms of each term, relative to the whole
     dropped : relative rms of the terms left out
     """
 
@@ -35,6 +36,7 @@ class Series:
     box: Floats
     grid: tuple[tuple[float, float, int], tuple[float, float, int]]
     values: NDArray[np.complex128]
+    sizes: Floats
     dropped: float
 
     def at_points(self, positions: Floats) -> Floats:
@@ -79,18 +81,25 @@ class Series:
         ratio: Floats = np.mean(np.abs(exact - series) ** 2, axis=(1, 2), where=inside)
         return ratio / np.mean(np.abs(exact) ** 2, axis=(1, 2), where=inside)
 
-    def on_grid(self, x: Floats, y: Floats, precision: type[np.floating]) -> tuple[Reals, Reals]:
-        """Real and imaginary parts of F_l at nodes, (L, len(y), len(x)) each."""
+    def on_grid(
+        self,
+        x: Floats,
+        y: Floats,
+        precision: type[np.floating],
+        terms: slice = slice(None),
+    ) -> tuple[Reals, Reals]:
+        """Real and imaginary parts of F_l at nodes, (terms, len(y), len(x)) each."""
         to_x, to_y = (
             interpolation(
                 n, (2 * t - low - high) / (high - low) if high > low else np.zeros(len(t))
             )
             for t, (low, high, n) in zip((x, y), self.grid, strict=True)
         )
-        flat = self.values.reshape(-1, self.values.shape[2])
+        values = self.values[terms]
+        flat = values.reshape(-1, values.shape[2])
         parts = []
         for part in (flat.real, flat.imag):
-            wide = (part @ to_x.T).reshape(self.terms, self.values.shape[1], -1)
+            wide = (part @ to_x.T).reshape(len(values), values.shape[1], -1)
             parts.append((to_y @ wide).astype(precision))
         return parts[0], parts[1]
 
@@ -148,22 +157,23 @@ def make_series(
     chosen = np.stack(np.unravel_index(order[:keep], power.shape), axis=1)
     values = np.stack([samples[:, :, a, b, c] for a, b, c in chosen])
     lost = left[keep] if keep < len(left) else 0.0
-    values, mix, more = _turn(
+    values, mix, squares, more = _turn(
         values, np.sqrt(weight.ravel()[order[:keep]]), total * tolerance**2 / 2
     )
     return Series(
         chosen, mix, box, ((*x_range, counts[0]), (*y_range, counts[1])), values,
-        sqrt(float(lost + more) / float(total)),
+        np.sqrt(squares / total), sqrt(float(lost + more) / float(total)),
     )  # fmt: skip
 
 
 def _turn(
     values: NDArray[np.complex128], size: Floats, allowed: float
-) -> tuple[NDArray[np.complex128], Floats, float]:
+) -> tuple[NDArray[np.complex128], Floats, Floats, float]:
     """Fewer terms by a real singular value decomposition of F_l, weighted with the P_l's rms.
 
     allowed : power that may be left out
-    Returns new F_l, the mix of polynomials in each new P_l, and the power left out.
+    Returns new F_l, the mix of polynomials in each new P_l, each term's power, and the power left
+    out.
     """
     flat = (values * size[:, None, None]).reshape(len(values), -1)
     real = np.concatenate([flat.real, flat.imag], axis=1) / np.sqrt(flat.shape[1])
@@ -173,7 +183,7 @@ def _turn(
     keep = max(1, int(np.count_nonzero(left[:-1] > allowed)))
     mix = vectors[:, :keep].T / size
     turned = np.tensordot(vectors[:, :keep].T, values * size[:, None, None], 1)
-    return turned, mix, float(left[keep])
+    return turned, mix, squares[:keep], float(left[keep])
 
 
 def _sample_counts(

@@ -5,25 +5,24 @@ The rest depends weakly on where in the cluster the point is; each term of its s
 matrix product more.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from math import pi
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.nodes import Axis
-from chrmc.cgh.curved.parallel import spread
+from chrmc.cgh.curved.parallel import Steps, finished, side_by_side
 from chrmc.cgh.curved.series import Series
 from chrmc.cgh.curved.wave import Reference, axis_cycles, by_curvature, phase_table, phasors
-from chrmc.footprint import SOFT_SHARE, taper
+from chrmc.footprint import SOFT_SHARE
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Reals = NDArray[np.floating]
 
-T = TypeVar("T")
 MOST_AT_ONCE = 4096
 """Points whose tables are held at once."""
 
@@ -40,9 +39,9 @@ def _apply_taper(
     parts: tuple[Reals, Reals], axis: Axis, x: Floats, z: Floats, reach: float
 ) -> None:
     """The soft footprint of `chrmc.footprint.taper`, in the tables' own precision."""
-    for panel in axis.panels:
-        if panel.tapered:
-            share = (axis.nodes[panel.nodes] - x[:, None]).astype(parts[0].dtype)
+    for run in axis.runs:
+        if run.tapered:
+            share = (axis.nodes[run.nodes] - x[:, None]).astype(parts[0].dtype)
             np.abs(share, out=share)
             share *= (1 / (SOFT_SHARE * reach * z)).astype(share.dtype)[:, None]
             share -= share.dtype.type(1 / SOFT_SHARE - 1)
@@ -51,11 +50,7 @@ def _apply_taper(
             np.cos(share, out=share)
             share *= share
             for part in parts:
-                part[:, panel.nodes] *= share
-
-
-Begun = tuple[list[Callable[[], None]], Callable[[], T]]
-"""Pieces of work that may run side by side, and what to call for the result after them."""
+                part[:, run.nodes] *= share
 
 
 def products(
@@ -66,33 +61,35 @@ def products(
     across, down : cos and sin tables (N, n_x) and (N, n_y)
     scale : (L, N) real
     """
-    return finished(begin_products(across, down, scale))
+    return finished(product_steps(across, down, scale))
 
 
-def finished(begun: Begun[T]) -> T:
-    """Run the pieces, then take the result."""
-    pieces, result = begun
-    spread(lambda piece: piece(), pieces)
-    return result()
-
-
-def begin_products(
+def product_steps(
     across: tuple[Reals, Reals], down: tuple[Reals, Reals], scale: Reals
-) -> Begun[tuple[Reals, Reals]]:
-    """`products` in pieces: each complex product is three real ones, in two halves.
+) -> Steps[tuple[Reals, Reals]]:
+    """`products` in steps: each complex product is three real ones, in two halves.
 
     sgemm runs several times faster than cgemm here.
     """
     terms, n = scale.shape
     ny, nx = down[0].shape[1], across[0].shape[1]
     left = np.empty((3, n, terms, ny), dtype=scale.dtype)
-    for term in range(terms):
-        for part in range(2):
-            np.multiply(down[part], scale[term][:, None], out=left[part, :, term])
-    np.add(left[0], left[1], out=left[2])
+    right = across[0], across[1], np.empty((n, nx), dtype=scale.dtype)
     flat = left.reshape(3, n, terms * ny)
-    right = (across[0], across[1], across[0] + across[1])
     out = np.empty((3, terms * ny, nx), dtype=scale.dtype)
+    both = down[0] + down[1]
+
+    def fill(part: int, table: Reals) -> Callable[[], None]:
+        def multiply() -> None:
+            for term in range(terms):
+                np.multiply(table, scale[term][:, None], out=left[part, :, term])
+
+        return multiply
+
+    def add() -> None:
+        np.add(across[0], across[1], out=right[2])
+
+    yield [*(fill(part, table) for part, table in enumerate((*down, both))), add]
 
     def piece(part: int, rows: slice) -> Callable[[], None]:
         def multiply() -> None:
@@ -100,16 +97,14 @@ def begin_products(
 
         return multiply
 
-    def result() -> tuple[Reals, Reals]:
-        real, other, imag = out
-        imag -= real
-        imag -= other
-        real -= other
-        return real.reshape(terms, ny, nx), imag.reshape(terms, ny, nx)
-
     half = terms * ny // 2
-    halves = (slice(0, half), slice(half, None))
-    return [piece(part, rows) for rows in halves for part in range(3)], result
+    halves = (slice(half, None), slice(0, half)) if half > 16 else (slice(None),)
+    yield [piece(part, rows) for rows in halves for part in range(3)]
+    real, other, imag = out
+    imag -= real
+    imag -= other
+    real -= other
+    return real.reshape(terms, ny, nx), imag.reshape(terms, ny, nx)
 
 
 def weigh(series: tuple[Reals, Reals], sums: tuple[Reals, Reals]) -> tuple[Reals, Reals]:
@@ -121,94 +116,126 @@ def weigh(series: tuple[Reals, Reals], sums: tuple[Reals, Reals]) -> tuple[Reals
     return real, imag
 
 
-def separable_baseband(
+@dataclass(frozen=True, eq=False)
+class Level:
+    """Terms of a series that are summed at the same nodes."""
+
+    axis_x: Axis
+    axis_y: Axis
+    terms: slice
+
+
+@dataclass(frozen=True)
+class Wave:
+    """What is taken out of the sums, and the light's wavelength and reach."""
+
+    reference: Reference
+    wavelength: float
+    reach: tuple[float, float]
+
+
+def level_steps(
     cloud: PointCloud,
-    axis_x: Axis,
-    axis_y: Axis,
-    reference: Reference,
-    wavelength: float,
-    reach: tuple[float, float],
+    levels: Sequence[Level],
+    wave: Wave,
     series: Series,
-    precision: type[np.floating] = np.float32,
-) -> tuple[Reals, Reals]:
+    precision: type[np.floating],
+) -> Steps[list[tuple[Reals, Reals]]]:
     """Real and imaginary parts (n_y, n_x) of Σ_j w·a/r·exp(i(kr + φ)) over the reference wave.
+
+    For each level the part that its terms make, at its nodes.
 
     precision : of the tables and sums; float32 adds about 5e-7 of noise
     """
-    begun = begin_baseband(
-        cloud.select(slice(0, MOST_AT_ONCE)), axis_x, axis_y, reference, wavelength, reach, series,
-        precision,
-    )  # fmt: skip
-    real, imag = finished(begun)
-    for start in range(MOST_AT_ONCE, len(cloud), MOST_AT_ONCE):
+    out: list[tuple[Reals, Reals]] = []
+    for start in range(0, len(cloud), MOST_AT_ONCE):
         part = cloud.select(slice(start, start + MOST_AT_ONCE))
-        more = finished(
-            begin_baseband(part, axis_x, axis_y, reference, wavelength, reach, series, precision)
-        )
-        real += more[0]
-        imag += more[1]
-    return real, imag
+        made = yield from _some_points(part, levels, wave, series, precision)
+        if not out:
+            out = made
+        else:
+            for total, more in zip(out, made, strict=True):
+                for old, new in zip(total, more, strict=True):
+                    old += new
+    return out
 
 
-def begin_baseband(
+def _some_points(
     cloud: PointCloud,
-    axis_x: Axis,
-    axis_y: Axis,
-    reference: Reference,
-    wavelength: float,
-    reach: tuple[float, float],
-    series: Series,
-    precision: type[np.floating] = np.float32,
-) -> Begun[tuple[Reals, Reals]]:
-    """`separable_baseband` of not too many points, in pieces."""
-    across, down, scale = _tables(
-        cloud, axis_x, axis_y, reference, wavelength, reach, series, precision
-    )
-    pieces, sums = begin_products(across, down, scale)
-
-    def result() -> tuple[Reals, Reals]:
-        return weigh(series.on_grid(axis_x.nodes, axis_y.nodes, precision), sums())
-
-    return pieces, result
-
-
-def _tables(
-    cloud: PointCloud,
-    axis_x: Axis,
-    axis_y: Axis,
-    reference: Reference,
-    wavelength: float,
-    reach: tuple[float, float],
+    levels: Sequence[Level],
+    wave: Wave,
     series: Series,
     precision: type[np.floating],
-) -> tuple[tuple[Reals, Reals], tuple[Reals, Reals], Reals]:
-    """cos and sin along x, along y, and the points' shares (L, N) in the series' terms."""
+) -> Steps[list[tuple[Reals, Reals]]]:
+    reference, wavelength = wave.reference, wave.wavelength
     x, y, z = cloud.positions.T
-    cycles = phase_table(
-        axis_x.nodes, x, reference.along_x(z), reference.x, reference.z_x, wavelength
-    )
-    across = fold(cycles, precision)
-    cycles = phase_table(
-        axis_y.nodes, y, reference.along_y(z), reference.y, reference.z_y, wavelength
-    )
-    cycles += (reference.start(z, wavelength) + cloud.phase / (2 * pi))[:, None]
-    down = fold(cycles, precision)
-    _apply_taper(across, axis_x, x, z, reach[0])
-    _apply_taper(down, axis_y, y, z, reach[1])
+    tables: dict[tuple[int, str], tuple[Reals, Reals]] = {}
+    weights: dict[int, tuple[Reals, Reals]] = {}
     scale = series.at_points(by_curvature(cloud.positions))
     scale *= cloud.amplitude * reference.modulus(z)
-    return across, down, scale.astype(precision)
+    scales = scale.astype(precision)
+
+    def across(number: int, axis: Axis) -> Callable[[], None]:
+        def make() -> None:
+            z_x = reference.along_x(z)
+            cycles = phase_table(axis, x, z_x, reference.x, reference.z_x, wavelength)
+            made = fold(cycles, precision)
+            _apply_taper(made, axis, x, z, wave.reach[0])
+            tables[number, "x"] = made
+
+        return make
+
+    def down(number: int, axis: Axis) -> Callable[[], None]:
+        def make() -> None:
+            z_y = reference.along_y(z)
+            cycles = phase_table(axis, y, z_y, reference.y, reference.z_y, wavelength)
+            cycles += (reference.start(z, wavelength) + cloud.phase / (2 * pi))[:, None]
+            made = fold(cycles, precision)
+            _apply_taper(made, axis, y, z, wave.reach[1])
+            tables[number, "y"] = made
+
+        return make
+
+    def weight(number: int, level: Level) -> Callable[[], None]:
+        def make() -> None:
+            weights[number] = series.on_grid(
+                level.axis_x.nodes, level.axis_y.nodes, precision, level.terms
+            )
+
+        return make
+
+    yield [
+        piece
+        for number, level in enumerate(levels)
+        for piece in (
+            across(number, level.axis_x), down(number, level.axis_y), weight(number, level)
+        )
+    ]  # fmt: skip
+    works = [
+        product_steps(tables[number, "x"], tables[number, "y"], scales[level.terms])
+        for number, level in enumerate(levels)
+    ]
+    sums = yield from side_by_side(works)
+    out: list[tuple[Reals, Reals]] = [(scale, scale)] * len(levels)
+
+    def weighed(number: int) -> Callable[[], None]:
+        def make() -> None:
+            out[number] = weigh(weights[number], sums[number])
+
+        return make
+
+    yield [weighed(number) for number in range(len(levels))]
+    return out
 
 
 def exact_baseband(
     cloud: PointCloud,
     axis_x: Axis,
     axis_y: Axis,
-    reference: Reference,
-    wavelength: float,
-    reach: tuple[float, float],
+    wave: Wave,
 ) -> tuple[Singles, Singles]:
-    """The same as `separable_baseband` point by point, for geometry that no short series fits."""
+    """The same point by point, for geometry that no short series fits."""
+    reference, wavelength = wave.reference, wave.wavelength
     nx, ny = len(axis_x.nodes), len(axis_y.nodes)
     total = np.zeros((ny, nx), dtype=np.complex128)
     block = max(1, (1 << 20) // max(1, nx * ny))
@@ -216,7 +243,7 @@ def exact_baseband(
         part = slice(start, start + block)
         x, y, z = cloud.positions[part].T
         dx, dy = axis_x.nodes - x[:, None], axis_y.nodes - y[:, None]
-        wave = reference.residual(dx[:, None, :], dy[:, :, None], z[:, None, None], wavelength)
+        rest = reference.residual(dx[:, None, :], dy[:, :, None], z[:, None, None], wavelength)
         cycles_x = axis_cycles(
             axis_x.nodes, x, reference.along_x(z), reference.x, reference.z_x, wavelength
         )
@@ -226,8 +253,8 @@ def exact_baseband(
         cycles_y += (reference.start(z, wavelength) + cloud.phase[part] / (2 * pi))[:, None]
         phasor_x = phasors(2 * pi * (cycles_x - np.rint(cycles_x)))
         phasor_y = phasors(2 * pi * (cycles_y - np.rint(cycles_y)))
-        phasor_x *= taper(dx, (z * reach[0])[:, None])
-        phasor_y *= taper(dy, (z * reach[1])[:, None])
+        phasor_x *= axis_x.weights(x, z, wave.reach[0])
+        phasor_y *= axis_y.weights(y, z, wave.reach[1])
         phasor_y *= (cloud.amplitude[part] * reference.modulus(z))[:, None]
-        total += np.einsum("jyx,jy,jx->yx", wave, phasor_y, phasor_x, optimize=True)
+        total += np.einsum("jyx,jy,jx->yx", rest, phasor_y, phasor_x, optimize=True)
     return total.real.astype(np.float32), total.imag.astype(np.float32)

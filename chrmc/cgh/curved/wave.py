@@ -15,7 +15,8 @@ from math import ceil, log, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.nodes import chebyshev, interpolation
+from chrmc.cgh.curved.chebyshev import chebyshev, interpolation
+from chrmc.cgh.curved.nodes import Axis
 
 Floats = NDArray[np.float64]
 
@@ -120,21 +121,21 @@ def axis_cycles(
 
 
 def phase_table(
-    nodes: Floats, x: Floats, z: Floats, centre: float, z_centre: float, wavelength: float
+    axis: Axis, x: Floats, z: Floats, centre: float, z_centre: float, wavelength: float
 ) -> Floats:
     """`axis_cycles` at many nodes, interpolated in double precision from as few as that takes.
 
     The cycles are analytic in t up to t = x ± iz, so a Chebyshev series of them falls by
     ρ = z/h + √(1 + (z/h)²) per term on an interval of half-length h.
     """
-    low, high = float(nodes[0]), float(nodes[-1])
+    low, high = axis.span
     half = (high - low) / 2
     if half > 0:
         ratio = float(min(z.min(), z_centre)) / half
         swing = (2 * half + float(np.ptp(x)) + 1e-3 * half) / wavelength
         few = 3 + ceil(log(1e10 * max(swing, 1.0)) / log(ratio + sqrt(1 + ratio * ratio)))
-        if few < 0.7 * len(nodes):
+        if few < 0.7 * len(axis.nodes):
             coarse = (low + high) / 2 + half * chebyshev(few)
             values = axis_cycles(coarse, x, z, centre, z_centre, wavelength)
-            return values @ interpolation(few, (nodes - (low + high) / 2) / half).T
-    return axis_cycles(nodes, x, z, centre, z_centre, wavelength)
+            return values @ interpolation(few, (axis.nodes - (low + high) / 2) / half).T
+    return axis_cycles(axis.nodes, x, z, centre, z_centre, wavelength)

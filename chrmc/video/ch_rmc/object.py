@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh import Method
-from chrmc.cgh.curved import check_tolerance, field_of, low_rank, plane_of, signal_of
+from chrmc.cgh.curved import check_tolerance, field_of, lines_of, low_rank, plane_of, signal_of
 from chrmc.cgh.curved.assembly import Factor
 from chrmc.cgh.curved.predict import ROUNDING, Budget
 from chrmc.coding import Coding
@@ -93,7 +93,7 @@ class _Maker:
         self._numbers, self._coding, self._tolerance = numbers, coding, tolerance
         self._window = Window.full(slm)
         self._plane = plane_of(slm, wavelength, self._window, coding.passband)
-        self._targets = slm.x(), slm.y()
+        self._targets = lines_of(slm, self._window)
         self._tracks: dict[str, _Track] = {}
         self._still: dict[str, tuple[tuple[tuple[str, int], ...], NDArray[Any]]] = {}
 
@@ -134,9 +134,11 @@ class _Maker:
         if thing.body is None or thing.ids is None or thing.pose is None:
             return self._afresh(thing, version, record)
         group = None if track is None else track.group
-        if group is not None and group.covers(thing):
+        if group is not None:
             # Nodes that turn out too few for this frame are no reason for a key frame.
             for aim in (_AIM * self._tolerance, 0.3 * self._tolerance):
+                if not group.covers(thing, aim):
+                    break
                 factor, budget = group.factor(thing, record, aim)
                 if self._good(factor, budget):
                     group.book(thing, record)
@@ -151,7 +153,6 @@ class _Maker:
                     thing,
                     ahead,
                     self._targets,
-                    self._slm.pixel_pitch,
                     self._plane,
                     aim,
                 )

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.assembly import Factor
-from chrmc.cgh.curved.baseband import cluster_axes, series_for, sum_points
+from chrmc.cgh.curved.baseband import Axes, Remainder, Summed, cluster_axes, series_for, sum_steps
 from chrmc.cgh.curved.clusters import Plane, bounding_box, reference_at
-from chrmc.cgh.curved.nodes import Axis, part_of
-from chrmc.cgh.curved.parallel import alone
+from chrmc.cgh.curved.nodes import Axis, Line, part_of
+from chrmc.cgh.curved.parallel import alone, finished
 from chrmc.cgh.curved.predict import Budget, budget_of
 from chrmc.cgh.curved.series import Series
 from chrmc.cgh.curved.wave import Reference
@@ -21,6 +21,7 @@ from chrmc.video.ch_rmc.object_sphere import Sphere, View, coordinates, grid_sha
 from chrmc.video.ledger import FrameRecord
 
 Floats = NDArray[np.float64]
+Span = tuple[float, float]
 
 MOST_VALUES = 60_000_000
 """Complex numbers that a baseband on the sphere may hold: 480 MB."""
@@ -38,6 +39,37 @@ class _Count:
     soft: int
 
 
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """A frame's reference wave and nodes, at some tolerance."""
+
+    thing: ObjectFrame
+    aim: float
+    reference: Reference
+    axes: Axes
+
+    @property
+    def spans(self) -> tuple[Span, Span] | None:
+        """The rectangle of nodes that the sphere is looked up at; None without one."""
+        parts = [part_of(axis, False)[0] for axis in self.axes]
+        return None if any(len(p.nodes) == 0 for p in parts) else (parts[0].span, parts[1].span)
+
+    def beyond(self, targets: tuple[Line, Line]) -> tuple[float, float]:
+        """Metres that nodes may lie beyond the targets, with room for other frames."""
+        out = []
+        for axis, line in zip(self.axes, targets, strict=True):
+            far = 0.0
+            places = line.places
+            for run in axis.runs:
+                if not run.tapered:
+                    of = [p.targets for p in axis.panels if run.nodes.start <= p.nodes.start < run.nodes.stop]
+                    nodes = axis.nodes[run.nodes]
+                    first, last = places[of[0].start], places[of[-1].stop - 1]
+                    far = max(far, first - nodes.min(), nodes.max() - last)
+            out.append(1.3 * float(far) + line.step)
+        return out[0], out[1]
+
+
 class Group:
     """One object's baseband on the sphere, made once and looked up for every frame it covers.
 
@@ -51,20 +83,20 @@ class Group:
         self,
         thing: ObjectFrame,
         ahead: Sequence[Pose],
-        targets: tuple[Floats, Floats],
-        pitch: float,
+        targets: tuple[Line, Line],
         plane: Plane,
         tolerance: float,
     ) -> None:
         assert thing.body is not None and thing.ids is not None and thing.pose is not None
         self._body = thing.body
-        self._targets, self._pitch, self._plane = targets, pitch, plane
-        self._tolerance = tolerance
+        self._targets, self._plane, self._tolerance = targets, plane, tolerance
         positions = self._body.positions
         self._middle = (positions.min(axis=0) + positions.max(axis=0)) / 2
         own = positions - self._middle
         self._axes = thing.pose.rotation
         self._size = float(np.linalg.norm(own, axis=1).max())
+        self._plan = self._planned(thing, tolerance)
+        self._beyond = self._plan.beyond(targets)
         poses = self._within_reach([thing.pose, *ahead])
         self._axes = _mean_rotation([pose.rotation for pose in poses])
         views = [self._view(pose) for pose in poses]
@@ -90,11 +122,24 @@ class Group:
         self._held[thing.ids] = True
         self._sphere.add(self._own.select(thing.ids))
 
-    def covers(self, thing: ObjectFrame) -> bool:
-        """A frame's directions and ranges are on the sphere."""
-        return thing.body is self._body and (
-            thing.pose is not None and self._sphere.view.covers(self._view(thing.pose))
-        )
+    def covers(self, thing: ObjectFrame, aim: float) -> bool:
+        """A frame's directions and ranges, at the nodes of a tolerance, are on the sphere."""
+        if thing.body is not self._body or thing.pose is None:
+            return False
+        self._plan = self._planned(thing, aim)
+        spans = self._plan.spans
+        return spans is None or self._sphere.view.covers(self._seen(thing.pose, spans))
+
+    def _planned(self, thing: ObjectFrame, aim: float) -> "_Plan":
+        """A frame's reference wave and nodes, as it was planned last if that was the same."""
+        assert thing.pose is not None
+        plan = getattr(self, "_plan", None)
+        if plan is not None and plan.thing is thing and plan.aim == aim:
+            return plan
+        cx, cy, cz = thing.pose.apply(self._middle[None])[0].tolist()
+        reference = reference_at((cx, cy, cz), bounding_box(thing.cloud.positions), self._plane)
+        axes = cluster_axes(thing.cloud, reference, self._targets, self._plane, aim)
+        return _Plan(thing, aim, reference, axes)
 
     def changes(self, thing: ObjectFrame) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Ids that appeared and that vanished, against what the sphere holds."""
@@ -120,10 +165,8 @@ class Group:
         with record.stage("PA"):
             centre = pose.apply(self._middle[None])[0]
             cx, cy, cz = centre.tolist()
-            reference = reference_at((cx, cy, cz), bounding_box(thing.cloud.positions), self._plane)
-            axis_x, axis_y = cluster_axes(
-                thing.cloud, reference, self._targets, self._pitch, self._plane, aim
-            )
+            self._plan = self._planned(thing, aim)
+            reference, (axis_x, axis_y) = self._plan.reference, self._plan.axes
             smooth_x, at_x = part_of(axis_x, False)
             smooth_y, at_y = part_of(axis_y, False)
             soft_x, at_soft_x = part_of(axis_x, True)
@@ -134,7 +177,7 @@ class Group:
             shared = None
             if baseband.size and len(thing.cloud) < _MANY:
                 every = PointCloud.concatenate([thing.cloud, changed])
-                shared = series_for(every, axis_x, axis_y, reference, self._plane, aim)
+                shared = series_for(every, (axis_x, axis_y), reference, self._plane, aim)
         if len(at_x) and len(at_y):
             x, y = smooth_x.nodes, smooth_y.nodes
             with record.stage("RMC"):
@@ -146,18 +189,20 @@ class Group:
                 m *= wave.astype(np.complex64)
             if len(appeared) + len(vanished):
                 with record.stage("EC"):
-                    real, imag, _ = self._sum(changed, smooth_x, smooth_y, reference, shared, aim)
+                    axes = smooth_x, smooth_y
+                    real, imag, _ = self._sum(changed, axes, reference, shared, aim)
                     m.real += real
                     m.imag += imag
             baseband[np.ix_(at_y, at_x)] = m
-        series: Series | float = 0.0
+        missed = Remainder()
         with record.stage("HC"):
             for axis, other, place in (
                 (soft_x, axis_y, (np.arange(len(axis_y.nodes)), at_soft_x)),
                 (smooth_x, soft_y, (at_soft_y, at_x)),
             ):
                 if len(axis.nodes) and len(other.nodes):
-                    real, imag, series = self._sum(thing.cloud, axis, other, reference, shared, aim)
+                    axes = axis, other
+                    real, imag, missed = self._sum(thing.cloud, axes, reference, shared, aim)
                     baseband[np.ix_(*place)] = real + 1j * imag
         factor = Factor(
             axis_x, axis_y, reference, np.ascontiguousarray(baseband.real),
@@ -167,10 +212,10 @@ class Group:
             budget = budget_of(
                 factor,
                 thing.cloud,
-                self._targets,
+                (self._targets[0].places, self._targets[1].places),
                 self._plane.wavelength,
                 self._plane.reach,
-                series,
+                missed,
             )
             carried = self._sphere.expected_error(self._own.select(thing.ids))
             budget = Budget(budget.error + carried**2 * budget.light, budget.light)
@@ -194,13 +239,12 @@ class Group:
     def _sum(
         self,
         cloud: PointCloud,
-        axis_x: Axis,
-        axis_y: Axis,
+        axes: Axes,
         reference: Reference,
         series: Series | None,
         aim: float,
-    ) -> tuple[NDArray[np.floating], NDArray[np.floating], Series | float]:
-        return sum_points(cloud, axis_x, axis_y, reference, self._plane, aim, series=series)
+    ) -> Summed:
+        return finished(sum_steps(cloud, axes, reference, self._plane, aim, series=series))
 
     def _signed(
         self, appeared: NDArray[np.intp], vanished: NDArray[np.intp], points: PointCloud
@@ -211,21 +255,31 @@ class Group:
         )
 
     def _view(self, pose: Pose) -> View:
-        """Directions and ranges in which the hologram is seen in one frame."""
+        """Directions and ranges in which the hologram is seen in a frame to come, about."""
         centre = pose.apply(self._middle[None])[0]
-        turn = self._axes @ pose.rotation.T
-        sides = []
+        spans = []
         for axis, (low, high, _) in enumerate((self._plane.x, self._plane.y)):
             far = (1 - SOFT_SHARE) * (centre[2] + self._size) * self._plane.reach[axis]
             far += self._size
             a, b = max(low, centre[axis] - far), min(high, centre[axis] + far)
-            sides.append(np.linspace(min(a, b), max(a, b), 7) - centre[axis])
+            beyond = self._beyond[axis]
+            spans.append((min(a, b) - beyond, max(a, b) + beyond))
+        return self._seen(pose, (spans[0], spans[1]))
+
+    def _seen(self, pose: Pose, spans: tuple[Span, Span]) -> View:
+        """Directions and ranges in which a rectangle of the hologram is seen in one frame."""
+        centre = pose.apply(self._middle[None])[0]
+        turn = self._axes @ pose.rotation.T
+        sides = [np.linspace(*span, 7) - middle for span, middle in zip(spans, centre, strict=False)]
         x, y = np.meshgrid(*sides)
         q = np.einsum("ij,jyx->iyx", turn, np.stack([x, y, np.full_like(x, -centre[2])]))
         u, v, rho = coordinates(q)
+        # The nearest place lies between the samples: the foot of the perpendicular, or an edge.
+        near = [min(max(0.0, side[0]), side[-1]) for side in sides]
+        nearest = float(np.hypot(np.hypot(*near), centre[2]))
         along = turn[:, 1]
         tilt = abs(along[0]) / max(abs(along[1]), 1e-9) if along[1] > 0 else np.inf
-        u_range, v_range, s_range = (_range(values) for values in (u, v, 1 / rho))
+        u_range, v_range, s_range = (_range(values) for values in (u, v, 1 / np.append(rho, nearest)))
         return View(u_range, v_range, s_range, float(tilt) * 1.02 + (1e-6 if tilt else 0.0))
 
     def _within_reach(self, poses: list[Pose]) -> list[Pose]:

@@ -17,7 +17,7 @@ from math import ceil, factorial, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.nodes import chebyshev, interpolation, node_count
+from chrmc.cgh.curved.chebyshev import chebyshev, interpolation, node_count
 from chrmc.cgh.curved.series import Series, make_series
 from chrmc.cgh.curved.tables import fold, products, weigh
 from chrmc.cgh.curved.wave import Kernel

@@ -5,7 +5,9 @@ import pytest
 
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
-from chrmc.cgh.curved import nodes, series, tables, wave
+from chrmc.cgh.curved import chebyshev as nodes
+from chrmc.cgh.curved import parallel, series, tables, wave
+from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.clusters import bounding_box
 from chrmc.coding import coding_for
 from chrmc.footprint import coverage
@@ -60,7 +62,7 @@ def test_interpolated_cycles_are_the_cycles() -> None:
     x, z = random.uniform(-5e-3, 5e-3, 20), random.uniform(0.02, 0.3, 20)
     exact = wave.axis_cycles(t, x, z, 1e-3, 0.1, WAVELENGTH)
     np.testing.assert_allclose(
-        wave.phase_table(t, x, z, 1e-3, 0.1, WAVELENGTH), exact, rtol=0, atol=1e-8
+        wave.phase_table(Axis(t, (), ()), x, z, 1e-3, 0.1, WAVELENGTH), exact, rtol=0, atol=1e-8
     )
 
 
@@ -99,14 +101,16 @@ def test_exact_and_separable_basebands_agree() -> None:
         random.uniform(0.5, 1, 50),
         random.uniform(0, 6, 50),
     )
-    targets = LC_R_1080.x(), LC_R_1080.y()
+    window = Window.full(LC_R_1080)
     band = coding_for("ssb", LC_R_1080).passband
-    plane = curved.plane_of(LC_R_1080, WAVELENGTH, Window.full(LC_R_1080), band)
-    factor, used = curved.baseband.make_factor(cloud, targets, LC_R_1080.pixel_pitch, plane, 1e-5)
-    assert isinstance(used, series.Series)
+    plane = curved.plane_of(LC_R_1080, WAVELENGTH, window, band)
+    work = curved.factor_steps(cloud, curved.lines_of(LC_R_1080, window), plane, 1e-5)
+    factor, missed = parallel.finished(work)
+    assert missed.series is not None
     real, imag = tables.exact_baseband(
-        cloud, factor.axis_x, factor.axis_y, factor.reference, WAVELENGTH, plane.reach
-    )
+        cloud, factor.axis_x, factor.axis_y,
+        tables.Wave(factor.reference, WAVELENGTH, plane.reach),
+    )  # fmt: skip
     assert relative_error(factor.real + 1j * factor.imag, real + 1j * imag) < 1e-5
 
 

@@ -1,0 +1,167 @@
+"""Even nodes for waves of limited bandwidth, and the matrices that interpolate from them.
+
+Of all ways to read a value off its neighbours the one of least expected square error solves
+K·w = k, K and k the covariances between the nodes and with the target (kriging; Stein,
+Interpolation of Spatial Data, 1999). Frequencies that crowd towards the ends of the band |f| ≤ F
+have the covariance J0(2πFτ), which makes the error nearly the same for all of them; where a
+footprint ends, the variogram γ of its cos² edge is added. Nodes a few spacings beyond a panel
+take part, so that neighbouring panels share theirs: 1.2 to 1.4 nodes for each that Nyquist asks
+for, where Chebyshev nodes take π/2 and more.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import ceil, log, log10, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import j0
+
+Floats = NDArray[np.float64]
+
+_EDGE = 0.66  # rms error of a unit edge over step³, both in widths of the edge: measured
+_EDGE_MARGIN = 2
+_LEAST = 0.1  # Nyquist's count that a panel is taken to have at least
+_NUGGET = 0.1  # noise the weights are made for, in shares of the tolerance
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Even nodes of a run of even targets.
+
+    panels : how many the run is cut into
+    targets : of a panel, the last may have fewer
+    spacings : between nodes, over a panel's length
+    margin : nodes beyond either end of a panel that it uses
+    """
+
+    panels: int
+    targets: int
+    spacings: int
+    margin: int
+
+    def nodes(self, targets: int) -> int:
+        """Nodes that a panel of so many targets uses."""
+        return ceil(self.spacings * targets / self.targets - 1e-9) + 2 * self.margin
+
+    def count(self, targets: int) -> int:
+        """Nodes in all, for a run of so many targets."""
+        last = targets - (self.panels - 1) * self.targets
+        return (self.panels - 1) * self.spacings + self.nodes(last)
+
+
+def _spacings(nyquist: float, margin: int, slack: float) -> int:
+    """Fewest spacings s with s ≥ nyquist·(1 + slack/(s + 2·margin))."""
+    half = (nyquist - 2 * margin) / 2
+    return max(1, ceil(half + sqrt(half * half + nyquist * (2 * margin + slack)) - 1e-9))
+
+
+def _slack(tolerance: float, alone: bool, spacings: float) -> tuple[int, float]:
+    """Margin and slack, fitted to panels of 4 to 64 spacings and tolerances of 1e-1 to 1e-7."""
+    digits = max(1.0, -log10(tolerance))
+    long = 1 + 0.13 * max(0.0, log(spacings / 16) / log(2)) if spacings > 16 else 1.0
+    if alone:
+        return max(1, round(digits) - 2), min(3.3 * digits - 1.4, 2.4 * digits + 1.5) * long
+    return max(1, round(digits)), (2.4 * digits - 1.3) * long
+
+
+def band_grid(targets: int, nyquist: float, tolerance: float, panel: float) -> Grid | None:
+    """Nodes for a run of targets, or None where they would be no fewer than the targets.
+
+    nyquist : 2·F·(distance of targets), the nodes per target that Nyquist asks for
+    tolerance : rms error for a unit wave of frequency up to F
+    panel : spacings that a panel should have, about
+    """
+    whole = nyquist * targets
+    margin, slack = _slack(tolerance, True, whole)
+    best = Grid(1, targets, _spacings(whole + _LEAST, margin, slack), margin)
+    panels = round(whole * 1.25 / panel)
+    if panels > 1:
+        each = -(-targets // panels)
+        margin, slack = _slack(tolerance, False, nyquist * each)
+        best = Grid(-(-targets // each), each, _spacings(nyquist * each, margin, slack), margin)
+    return best if best.count(targets) < targets else None
+
+
+def edge_grid(
+    targets: int, nyquist: float, width: float, lit: float, tolerance: float, panel: float
+) -> Grid | None:
+    """The same for a run in which footprints end.
+
+    width : of a soft edge, in distances of targets
+    lit : targets that the light falls on, here and elsewhere; the error is relative to it
+    """
+    # An axis has two such runs, whose errors add up.
+    share = tolerance / sqrt(2)
+    step = width * (share / (_EDGE * sqrt(width / max(lit, width)))) ** (1 / 3)
+    per_target = sqrt(1 / step**2 + (1.3 * nyquist) ** 2)
+    panels = max(1, round(per_target * targets / panel))
+    each = -(-targets // panels)
+    made = Grid(-(-targets // each), each, ceil(per_target * each), _EDGE_MARGIN)
+    return made if made.count(targets) < 0.9 * targets else None
+
+
+def band_matrix(grid: Grid, targets: int, nyquist: float, tolerance: float) -> Floats:
+    """(targets, nodes) from a panel's nodes to its targets. Read-only.
+
+    Targets lie in the middle of cells of spacings/grid.targets, nodes in the middle of cells of 1.
+    """
+    # Rounded, so that a scene's next frame finds the same matrix.
+    frequency = _rounded(nyquist / 2 * grid.targets / grid.spacings)
+    return _band_matrix(grid, targets, frequency, tolerance)
+
+
+@lru_cache(maxsize=512)
+def _band_matrix(grid: Grid, targets: int, frequency: float, tolerance: float) -> Floats:
+    def covariance(tau: Floats) -> Floats:
+        return np.asarray(j0(2 * np.pi * frequency * tau))
+
+    return _weights(grid, targets, covariance, tolerance)
+
+
+def edge_matrix(
+    grid: Grid, targets: int, nyquist: float, width: float, tolerance: float
+) -> Floats:
+    """The same where footprints end.
+
+    nyquist, width : as for `edge_grid`
+    """
+    per = grid.spacings / grid.targets
+    return _edge_matrix(
+        grid, targets, _rounded(nyquist / 2 / per), _rounded(width * per),
+        _rounded(max(1.5, 1.2 * grid.targets / width)), tolerance,
+    )  # fmt: skip
+
+
+def _rounded(value: float) -> float:
+    return float(1.05 ** ceil(log(max(value, 1e-3)) / log(1.05)))
+
+
+@lru_cache(maxsize=512)
+def _edge_matrix(
+    grid: Grid, targets: int, frequency: float, width: float, length: float, tolerance: float
+) -> Floats:
+    def covariance(tau: Floats) -> Floats:
+        return np.asarray((1 - variogram(tau / width) / length) * j0(2 * np.pi * frequency * tau))
+
+    return _weights(grid, targets, covariance, tolerance)
+
+
+def _weights(grid, targets, covariance, tolerance):
+    nodes = np.arange(grid.nodes(targets)) - grid.margin + 0.5
+    places = (np.arange(targets) + 0.5) * (grid.spacings / grid.targets)
+    among = covariance(nodes[:, None] - nodes)
+    among[np.diag_indices_from(among)] += (_NUGGET * tolerance) ** 2
+    matrix = np.linalg.solve(among, covariance(nodes[:, None] - places)).T.copy()
+    matrix.flags.writeable = False
+    return matrix
+
+
+def variogram(lag: Floats) -> Floats:
+    """γ(τ) = ½∫(w(s) − w(s + τ))² ds of the edge w: 1 before 0, cos²(πs/2) to 1, then 0."""
+    whole = np.abs(lag)
+    t = np.minimum(whole, 1.0)
+    turn = np.pi * t
+    ends = (1.5 * t - 2 * np.sin(turn) / np.pi + np.sin(2 * turn) / (4 * np.pi)) / 4
+    ramp = np.sin(turn / 2) ** 2 * ((1 - t) / 2 + np.sin(turn) / (2 * np.pi))
+    return np.asarray(ends + ramp / 2 + (whole - t) / 2)
