@@ -24,7 +24,7 @@ from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import BEARABLE, SMALL, direct_field
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.parallel import alone, finished, side_by_side
-from chrmc.cgh.curved.predict import ROUNDING, Budget, budget_of
+from chrmc.cgh.curved.predict import ROUNDING, Budget
 from chrmc.coding import Coding, Passband
 from chrmc.footprint import reach
 from chrmc.scene.points import PointCloud
@@ -100,7 +100,6 @@ def low_rank(
     Raises ValueError when the tolerance cannot be met.
     """
     check_tolerance(tolerance)
-    targets = slm.x(window.columns), slm.y(window.rows)
     lines = lines_of(slm, window)
     plane = plane_of(slm, wavelength, window, passband)
     # The largest first, so that the others fit beside it.
@@ -108,15 +107,14 @@ def low_rank(
     aim = tolerance
     for _ in range(4):
         works = [factor_steps(part, lines, plane, aim) for part in parts]
-        made, budget = [], Budget(0.0, 0.0)
-        for part, (factor, missed) in zip(parts, finished(side_by_side(works)), strict=True):
-            made.append(factor)
-            budget += budget_of(factor, part, targets, wavelength, plane.reach, missed)
+        made = finished(side_by_side(works))
+        factors = [factor for factor, _ in made]
+        budget = sum((its for _, its in made), Budget(0.0, 0.0))
         # Few nodes see one draw of the points' phases, which may lie far from the mean.
-        few = min(min(factor.real.shape) for factor in made) < 12
+        few = min(min(factor.real.shape) for factor in factors) < 12
         limit = min(0.8, 0.5 + ROUNDING / tolerance) if few else 0.8
         if budget.relative <= limit * tolerance:
-            return LowRank(made, parts, budget)
+            return LowRank(factors, parts, budget)
         aim *= max(0.7 * limit * tolerance / budget.relative, 1e-3)
     raise ValueError(
         f"the curved method cannot promise a tolerance of {tolerance:g} here: it expects an error "

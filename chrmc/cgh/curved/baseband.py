@@ -5,7 +5,7 @@ the whole tolerance: fewer do, from which they are carried to the others.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from math import hypot
 from threading import Lock
 
@@ -17,12 +17,21 @@ from chrmc.cgh.curved.assembly import Factor, add_field, phasor, reference_cycle
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Line, Needs, axis_behind, make_axis
 from chrmc.cgh.curved.parallel import Steps, finished, spread
-from chrmc.cgh.curved.series import Series, make_series
-from chrmc.cgh.curved.tables import Level, Wave, exact_baseband, level_steps
-from chrmc.cgh.curved.wave import Reference, by_curvature
+from chrmc.cgh.curved.predict import Budget, expected_error, light_of
+from chrmc.cgh.curved.series import Remainder, Series, make_series
+from chrmc.cgh.curved.tables import (
+    MOST_AT_ONCE,
+    Level,
+    Tables,
+    exact_baseband,
+    level_steps,
+    table_pieces,
+)
+from chrmc.cgh.curved.wave import Reference, Wave, by_curvature
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 Reals = NDArray[np.floating]
 
 PANEL_X, PANEL_Y = 20.0, 15.0
@@ -36,18 +45,6 @@ _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for 
 MOST_WORK = 2e10
 """Points times nodes up to which waves are summed one by one."""
 _SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
-
-
-@dataclass(frozen=True)
-class Remainder:
-    """What the sums at the nodes miss.
-
-    series : the one in use, whose terms left out can be tried on points; None without one
-    relative : expected rms error beside that, of the light
-    """
-
-    series: Series | None = None
-    relative: float = 0.0
 
 
 Summed = tuple[Reals, Reals, Remainder]
@@ -95,27 +92,35 @@ def _axes_behind(
 
 def factor_steps(
     cloud: PointCloud, targets: tuple[Line, Line], plane: Plane, tolerance: float
-) -> Steps[tuple[Factor, Remainder]]:
-    """The low-rank factor of one cluster, in steps."""
+) -> Steps[tuple[Factor, Budget]]:
+    """The low-rank factor of one cluster and its expected error, in steps."""
     reference = clusters.reference_of(clusters.bounding_box(cloud.positions), plane)
     axes = cluster_axes(cloud, reference, targets, plane, tolerance)
-    return (yield from _factor_at(cloud, axes, reference, plane, tolerance, False))
-
-
-def _factor_at(
-    cloud: PointCloud,
-    axes: Axes,
-    reference: Reference,
-    plane: Plane,
-    tolerance: float,
-    leaf: bool,
-) -> Steps[tuple[Factor, Remainder]]:
     if not axes[0].panels or not axes[1].panels:
-        empty = np.zeros((len(axes[1].nodes), len(axes[0].nodes)), dtype=np.float32)
-        return Factor(*axes, reference, empty, empty), Remainder()
-    real, imag, missed = yield from sum_steps(cloud, axes, reference, plane, tolerance, leaf)
-    single = real.astype(np.float32, copy=False), imag.astype(np.float32, copy=False)
-    return Factor(*axes, reference, *single), missed
+        return _no_light(axes, reference), Budget(0.0, 0.0)
+    wave = Wave(reference, plane.wavelength, plane.reach)
+    places = targets[0].places, targets[1].places
+    error: list[float] = []
+
+    def expect(missed: Remainder) -> None:
+        error.append(expected_error(axes, cloud, places, wave, missed))
+
+    real, imag, missed = yield from sum_steps(
+        cloud, axes, reference, plane, tolerance, beside=expect
+    )
+    if not error:
+        expect(missed)
+    factor = Factor(*axes, reference, *_single(real, imag))
+    return factor, Budget(error[0], light_of(factor))
+
+
+def _no_light(axes: Axes, reference: Reference) -> Factor:
+    empty = np.zeros((len(axes[1].nodes), len(axes[0].nodes)), dtype=np.float32)
+    return Factor(*axes, reference, empty, empty)
+
+
+def _single(real: Reals, imag: Reals) -> tuple[Singles, Singles]:
+    return real.astype(np.float32, copy=False), imag.astype(np.float32, copy=False)
 
 
 def sum_steps(
@@ -126,11 +131,13 @@ def sum_steps(
     tolerance: float,
     leaf: bool = False,
     series: Series | None = None,
+    beside: Callable[[Remainder], None] | None = None,
 ) -> Steps[Summed]:
     """The baseband of a cloud at given nodes, in steps.
 
     leaf : sum all points at once, not by sub-clusters
     series : one made for these points and nodes, if there is
+    beside : done while products are formed, if they are, with what they miss
     """
     box = clusters.bounding_box(cloud.positions)
     nodes = len(axes[0].nodes), len(axes[1].nodes)
@@ -138,9 +145,13 @@ def sum_steps(
     if grid != (1, 1):
         parts = clusters.leaves(cloud, box, grid)
         return _from_leaves(parts, axes, reference, plane, tolerance)
-    if series is None:
-        series = yield from _series_steps(cloud, axes, reference, plane, tolerance)
     wave = Wave(reference, plane.wavelength, plane.reach)
+    precision = np.float32 if tolerance >= _SINGLE else np.float64
+    tables: Tables | None = None
+    if series is None:
+        tables = Tables() if len(cloud) <= MOST_AT_ONCE else None
+        beside_it = [] if tables is None else table_pieces(cloud, axes, wave, precision, tables)
+        series = yield from _series_steps(cloud, axes, reference, plane, tolerance, beside_it)
     if series is None or series.terms > _MOST_TERMS:
         # The rest of the wave changes too much over the cluster: smaller ones, or none at all.
         parts = clusters.leaves(cloud, box, (2, 2, 2)) if len(cloud) > _FEW else []
@@ -153,32 +164,34 @@ def sum_steps(
                 f"by one, about {work * 4e-8 / 60:.0f} minutes: move them farther away"
             )
         return *exact_baseband(cloud, *axes, wave), Remainder()
-    precision = np.float32 if tolerance >= _SINGLE else np.float64
     rest = float(np.linalg.norm(series.sizes[1:]))
     coarse: Axes | None = None
-    if series.terms > 1:
+    if series.terms > 1 and clusters.coarse_pays(
+        len(cloud), nodes, nodes[0] * nodes[1] // 2, series.terms
+    ):
         aim = min(_COARSE_SHARE * tolerance / rest, 0.1)
         coarse = _axes_behind(axes, cloud, reference, plane, aim)
         pixels = len(coarse[0].nodes) * len(coarse[1].nodes)
         if not clusters.coarse_pays(len(cloud), nodes, pixels, series.terms):
             coarse = None
+    missed = Remainder(series, 0.0 if coarse is None else aim * rest)
+    expect = None if beside is None else partial(beside, missed)
     if coarse is None:
         levels = [Level(*axes, slice(0, None))]
-        sums = yield from level_steps(cloud, levels, wave, series, precision)
-        return *sums[0], Remainder(series)
+        sums = yield from level_steps(cloud, levels, wave, series, precision, tables, expect)
+        return *sums[0], missed
     levels = [Level(*axes, slice(0, 1)), Level(*coarse, slice(1, None))]
-    fine, small = yield from level_steps(cloud, levels, wave, series, precision)
+    fine, small = yield from level_steps(cloud, levels, wave, series, precision, tables, expect)
     more = np.zeros(fine[0].shape, dtype=np.complex64)
-    single = small[0].astype(np.float32, copy=False), small[1].astype(np.float32, copy=False)
     still = tuple((np.ones(n), np.zeros(n)) for n in nodes)
 
     def carry() -> None:
-        add_field(more, Factor(*coarse, reference, *single), still[0], still[1], add=False)
+        add_field(more, Factor(*coarse, reference, *_single(*small)), *still, add=False)
         np.add(fine[0], more.real, out=fine[0])
         np.add(fine[1], more.imag, out=fine[1])
 
     yield [carry]
-    return *fine, Remainder(series, aim * rest)
+    return *fine, missed
 
 
 def series_for(
@@ -195,15 +208,19 @@ def series_for(
 
 
 def _series_steps(
-    cloud: PointCloud, axes: Axes, reference: Reference, plane: Plane, tolerance: float
+    cloud: PointCloud,
+    axes: Axes,
+    reference: Reference,
+    plane: Plane,
+    tolerance: float,
+    others: list[Callable[[], None]],
 ) -> Steps[Series | None]:
     made: list[Series | None] = []
 
     def piece() -> None:
         made.append(series_for(cloud, axes, reference, plane, tolerance))
 
-    pieces: list[Callable[[], None]] = [piece]
-    yield pieces
+    yield [piece, *others]
     return made[0]
 
 
@@ -225,7 +242,10 @@ def _from_leaves(
     def carry(part: PointCloud) -> float:
         its = clusters.reference_of(clusters.bounding_box(part.positions), plane)
         behind = _axes_behind(axes, part, its, plane, _NODE_SHARE * share)
-        factor, missed = finished(_factor_at(part, behind, its, plane, share, True))
+        if not behind[0].panels or not behind[1].panels:
+            return 0.0
+        real, imag, missed = finished(sum_steps(part, behind, its, plane, share, leaf=True))
+        factor = Factor(*behind, its, *_single(real, imag))
         turn_x = phasor(reference_cycles(x, its.x, its.z_x, plane.wavelength) - own_x)
         turn_y = phasor(reference_cycles(y, its.y, its.z_y, plane.wavelength) - own_y)
         with lock:

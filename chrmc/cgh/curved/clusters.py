@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 # Costs in multiply-adds of a matrix product, as measured: a table entry, a cluster's fixed work.
 _ENTRY = 500.0
 _CLUSTER = 2.5e8
-_CARRY = 5e7
+_CARRY = 3e8
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ its end hold the light without its footprint, so that the run stays smooth throu
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from math import ceil, hypot, pi, sqrt
+from math import ceil, hypot, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -174,10 +174,11 @@ def local_frequency(targets: Iterable[float], extent: Extent, wavelength: float)
         own = t - extent.centre
         reference = own / hypot(own, extent.z_centre)
         for x in (extent.low, extent.high):
+            d = t - x
             for z in (extent.z_low, extent.z_high):
-                for across in (0.0, extent.across):
-                    sine = (t - x) / sqrt((t - x) ** 2 + across**2 + z**2)
-                    largest = max(largest, abs(sine - reference))
+                near = d / hypot(d, z) - reference
+                far = d / hypot(d, z, extent.across) - reference
+                largest = max(largest, near, -near, far, -far)
     return largest / wavelength
 
 

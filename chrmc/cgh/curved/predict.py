@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.assembly import Factor
-from chrmc.cgh.curved.baseband import Remainder
-from chrmc.cgh.curved.nodes import Axis
-from chrmc.cgh.curved.wave import axis_cycles, by_curvature, phasors
+from chrmc.cgh.curved.nodes import Axis, Panel
+from chrmc.cgh.curved.series import Remainder
+from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phasors
 from chrmc.footprint import taper
 from chrmc.scene.points import PointCloud
 
@@ -57,25 +57,36 @@ def axis_powers(
     wave : places on the axis to (N, places) waves of the points over the reference
     edge : the same to their weights, which count only where a footprint ends
     """
-    at_nodes = wave(axis.nodes)
+    # Panels of a run are alike: three of them stand for all.
+    chosen: list[tuple[Panel, bool, float]] = []
     for run in axis.runs:
-        if run.tapered:
-            at_nodes[:, run.nodes] *= edge(axis.nodes[run.nodes])
-    # A low-discrepancy choice of targets: fractions of the golden section.
+        own = [p for p in axis.panels if run.nodes.start <= p.nodes.start < run.nodes.stop]
+        few = [own[i] for i in sorted({0, len(own) // 2, len(own) - 1})] if own else []
+        share = sum(p.target_count for p in own) / max(1, sum(p.target_count for p in few))
+        chosen += [(panel, run.tapered, share) for panel in few]
+    if not chosen:
+        nothing = np.zeros(len(wave(axis.nodes[:0])))
+        return nothing, nothing
+    at_nodes = wave(np.concatenate([axis.nodes[panel.nodes] for panel, _, _ in chosen]))
     picks, guesses, shares = [], [], []
-    for panel in axis.panels:
-        n = min(max(_TARGETS, 16 // len(axis.panels)), panel.target_count)
+    start = 0
+    for panel, tapered, share in chosen:
+        # A low-discrepancy choice of targets: fractions of the golden section.
+        n = min(max(_TARGETS, 16 // len(chosen)), panel.target_count)
         index = ((np.arange(n) + 0.618) / n * panel.target_count).astype(np.intp)
         index = np.minimum(index, panel.target_count - 1)
         picks.append(targets[panel.targets][index])
-        values = at_nodes[:, panel.nodes]
+        values = at_nodes[:, start : start + panel.node_count]
+        start += panel.node_count
+        if tapered:
+            values = values * edge(axis.nodes[panel.nodes])
         guesses.append(values[:, index] if panel.matrix is None else values @ panel.matrix[index].T)
-        shares.append(np.full(n, panel.target_count / n))
+        shares.append(np.full(n, share * panel.target_count / n))
     exact = wave(np.concatenate(picks))
     exact *= edge(np.concatenate(picks))
-    share = np.concatenate(shares)
+    weight = np.concatenate(shares)
     missed = np.abs(np.concatenate(guesses, axis=1) - exact) ** 2
-    return np.abs(exact) ** 2 @ share, missed @ share
+    return np.abs(exact) ** 2 @ weight, missed @ weight
 
 
 def light_of(factor: Factor) -> float:
@@ -94,8 +105,7 @@ def budget_of(
     factor: Factor,
     cloud: PointCloud,
     targets: tuple[Floats, Floats],
-    wavelength: float,
-    reach: tuple[float, float],
+    wave: Wave,
     missed: Remainder,
 ) -> Budget:
     """Expected error and light of one cluster's factor.
@@ -106,11 +116,23 @@ def budget_of(
     """
     if not factor.real.size:
         return Budget(0.0, 0.0)
-    its = factor.reference
+    axes = factor.axis_x, factor.axis_y
+    return Budget(expected_error(axes, cloud, targets, wave, missed), light_of(factor))
+
+
+def expected_error(
+    axes: tuple[Axis, Axis],
+    cloud: PointCloud,
+    targets: tuple[Floats, Floats],
+    wave: Wave,
+    missed: Remainder,
+) -> float:
+    """Expected Σ|error|² over the targets, known before the baseband is."""
+    its, wavelength, reach = wave.reference, wave.wavelength, wave.reach
     strength = (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
     chosen, share = _sample(strength, cloud.positions)
     x, y, z = cloud.positions[chosen].T
-    lines = _lines(factor.axis_x, x), _lines(factor.axis_y, y)
+    lines = _lines(axes[0], x), _lines(axes[1], y)
 
     # Near the axis the rest varies too slowly along one axis to matter for its nodes.
     aslant = max(float(np.max(np.abs(line / z))) for line in lines) > 0.05
@@ -133,14 +155,14 @@ def budget_of(
         half = (z * reach)[:, None]
         return lambda t: taper(t - places[:, None], half)
 
-    light_x, miss_x = axis_powers(factor.axis_x, targets[0], along_x, edge_of(x, reach[0]))
-    light_y, miss_y = axis_powers(factor.axis_y, targets[1], along_y, edge_of(y, reach[1]))
+    light_x, miss_x = axis_powers(axes[0], targets[0], along_x, edge_of(x, reach[0]))
+    light_y, miss_y = axis_powers(axes[1], targets[1], along_y, edge_of(y, reach[1]))
     dropped = np.full(len(chosen), missed.relative**2)
     if missed.series is not None:
         places = by_curvature(cloud.positions[chosen])
         dropped += missed.series.missed(places, its.kernel(wavelength), reach)
     error = miss_x * light_y + light_x * miss_y + (dropped + ROUNDING**2) * light_x * light_y
-    return Budget(float(share @ error), light_of(factor))
+    return float(share @ error)
 
 
 def _lines(axis: Axis, x: Floats) -> Floats:

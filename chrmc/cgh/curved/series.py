@@ -4,7 +4,9 @@ G(x, y; point) ≈ Σ_l F_l(x, y)·P_l(point): expanded in products of Chebyshev
 point's place, of which those terms stay that the tolerance needs, then turned so that fewer do.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import pi, sqrt
 
 import numpy as np
@@ -91,7 +93,7 @@ class Series:
         """Real and imaginary parts of F_l at nodes, (terms, len(y), len(x)) each."""
         to_x, to_y = (
             interpolation(
-                n, (2 * t - low - high) / (high - low) if high > low else np.zeros(len(t))
+                n, (2 * t - low - high) / (high - low) if n > 1 else np.zeros(len(t))
             )
             for t, (low, high, n) in zip((x, y), self.grid, strict=True)
         )
@@ -104,11 +106,25 @@ class Series:
         return parts[0], parts[1]
 
 
+@dataclass(frozen=True)
+class Remainder:
+    """What sums at nodes miss.
+
+    series : the one in use, whose terms left out can be tried on points; None without one
+    relative : expected rms error beside that, of the light
+    """
+
+    series: Series | None = None
+    relative: float = 0.0
+
+
+@lru_cache(maxsize=64)
 def _transform(count: int) -> Floats:
     """(count, count) values at Chebyshev nodes → Chebyshev coefficients."""
     polynomials = np.cos(np.arange(count)[:, None] * np.arccos(np.clip(chebyshev(count), -1, 1)))
     polynomials *= 2 / count
     polynomials[0] /= 2
+    polynomials.flags.writeable = False
     return polynomials
 
 
@@ -128,12 +144,13 @@ def make_series(
     box : (3, 2) the points' range
     kernel : the function to expand
     """
-    counts = _sample_counts(x_range, y_range, box, kernel, tolerance)
+    ranges = [x_range, y_range, *((float(low), float(high)) for low, high in box)]
+    counts = _few_samples(ranges, kernel, tolerance) or _sample_counts(ranges, kernel, tolerance)
     if np.prod(counts, dtype=float) > MOST_SAMPLES:
         return None
     grids = [
         (low + high) / 2 + (high - low) / 2 * chebyshev(n)
-        for (low, high), n in zip((x_range, y_range, *box), counts, strict=True)
+        for (low, high), n in zip(ranges, counts, strict=True)
     ]
     # axes: hologram y, hologram x, point x, point y, point z
     tx, ty, px, py, pz = grids
@@ -186,18 +203,47 @@ def _turn(
     return turned, mix, squares[:keep], float(left[keep])
 
 
+_TRIED = 12  # samples along an axis in the first attempt
+
+
+def _few_samples(
+    ranges: Sequence[tuple[float, float]], kernel: Kernel, tolerance: float
+) -> list[int] | None:
+    """Chebyshev samples along target x, y and point x, y, z, read off the decay of coefficients.
+
+    None where some axis needs more than were tried.
+    """
+    counts = []
+    for axis, (low, high) in enumerate(ranges):
+        if high <= low:
+            counts.append(1)
+            continue
+        places = []
+        for other, (start, stop) in enumerate(ranges):
+            unit = chebyshev(_TRIED) if other == axis else _LOBATTO[::6]
+            if stop <= start:
+                unit = np.zeros(1)
+            shape = [1] * 5
+            shape[other] = len(unit)
+            places.append(((start + stop) / 2 + (stop - start) / 2 * unit).reshape(shape))
+        samples = np.moveaxis(phasors(*kernel(*places)), axis, 0).reshape(_TRIED, -1)
+        power = np.mean(np.abs(_transform(_TRIED) @ samples) ** 2, axis=1)
+        left = np.cumsum(power[::-1])[::-1]
+        enough = np.flatnonzero(left[1:] <= left[0] * (tolerance / 10) ** 2)
+        if not len(enough) or enough[0] + 1 > _TRIED - 2:
+            return None
+        counts.append(int(enough[0]) + 1)
+    return counts
+
+
 def _sample_counts(
-    x_range: tuple[float, float],
-    y_range: tuple[float, float],
-    box: Floats,
-    kernel: Kernel,
-    tolerance: float,
+    ranges: Sequence[tuple[float, float]], kernel: Kernel, tolerance: float
 ) -> list[int]:
-    """Chebyshev samples that resolve a kernel along target x, y and point x, y, z."""
-    tx, ty = ((low + high) / 2 + (high - low) / 2 * _LOBATTO for low, high in (x_range, y_range))
+    """The same from the steepest slopes of phase and modulus."""
+    tx, ty = ((low + high) / 2 + (high - low) / 2 * _LOBATTO for low, high in ranges[:2])
     px, py, pz = (
         (low + high) / 2 + (high - low) / 2 * (_LOBATTO[::3] if high > low else np.zeros(1))
-        for low, high in box
+        for low, high in ranges[2:]
     )
     shape = (len(tx), len(ty), len(px), len(py), len(pz))
     radians, modulus = kernel(
@@ -215,6 +261,6 @@ def _sample_counts(
             float(np.max(np.abs(np.moveaxis(np.diff(v, axis=axis), axis, -1)) / step)) for v in both
         )
         counts.append(1 + node_count(1.15 * slope, tolerance / 10))
-    for axis, (low, high) in enumerate((x_range, y_range)):
+    for axis, (low, high) in enumerate(ranges[:2]):
         counts[axis] = max(counts[axis], 4) if high > low else 1
     return counts

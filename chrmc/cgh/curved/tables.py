@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.parallel import Steps, finished, side_by_side
 from chrmc.cgh.curved.series import Series
-from chrmc.cgh.curved.wave import Reference, axis_cycles, by_curvature, phase_table, phasors
+from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phase_table, phasors
 from chrmc.footprint import SOFT_SHARE
 from chrmc.scene.points import PointCloud
 
@@ -65,11 +65,17 @@ def products(
 
 
 def product_steps(
-    across: tuple[Reals, Reals], down: tuple[Reals, Reals], scale: Reals
+    across: tuple[Reals, Reals],
+    down: tuple[Reals, Reals],
+    scale: Reals,
+    beside: Sequence[Callable[[], None]] = (),
 ) -> Steps[tuple[Reals, Reals]]:
     """`products` in steps: each complex product is three real ones, in two halves.
 
     sgemm runs several times faster than cgemm here.
+
+    beside : pieces of many small operations, which hold Python's lock and leave the other cores
+        to the products; one at a time, or they wait for each other
     """
     terms, n = scale.shape
     ny, nx = down[0].shape[1], across[0].shape[1]
@@ -99,7 +105,10 @@ def product_steps(
 
     half = terms * ny // 2
     halves = (slice(half, None), slice(0, half)) if half > 16 else (slice(None),)
-    yield [piece(part, rows) for rows in halves for part in range(3)]
+    pieces = [piece(part, rows) for rows in halves for part in range(3)]
+    for number, small in enumerate(beside):
+        pieces.insert(2 * number + 1, small)
+    yield pieces
     real, other, imag = out
     imag -= real
     imag -= other
@@ -125,13 +134,42 @@ class Level:
     terms: slice
 
 
-@dataclass(frozen=True)
-class Wave:
-    """What is taken out of the sums, and the light's wavelength and reach."""
+Pieces = list[Callable[[], None]]
 
-    reference: Reference
-    wavelength: float
-    reach: tuple[float, float]
+
+@dataclass(eq=False)
+class Tables:
+    """cos and sin of points' separable phases along x, (N, n_x), and along y, (N, n_y)."""
+
+    across: tuple[Reals, Reals] | None = None
+    down: tuple[Reals, Reals] | None = None
+
+
+def table_pieces(
+    cloud: PointCloud,
+    axes: tuple[Axis, Axis],
+    wave: Wave,
+    precision: type[np.floating],
+    out: Tables,
+) -> Pieces:
+    """What fills `out` for a cloud at some nodes."""
+    reference, wavelength = wave.reference, wave.wavelength
+    x, y, z = cloud.positions.T
+
+    def across() -> None:
+        z_x = reference.along_x(z)
+        cycles = phase_table(axes[0], x, z_x, reference.x, reference.z_x, wavelength)
+        out.across = fold(cycles, precision)
+        _apply_taper(out.across, axes[0], x, z, wave.reach[0])
+
+    def down() -> None:
+        z_y = reference.along_y(z)
+        cycles = phase_table(axes[1], y, z_y, reference.y, reference.z_y, wavelength)
+        cycles += (reference.start(z, wavelength) + cloud.phase / (2 * pi))[:, None]
+        out.down = fold(cycles, precision)
+        _apply_taper(out.down, axes[1], y, z, wave.reach[1])
+
+    return [across, down]
 
 
 def level_steps(
@@ -140,17 +178,22 @@ def level_steps(
     wave: Wave,
     series: Series,
     precision: type[np.floating],
+    first: Tables | None = None,
+    beside: Callable[[], None] | None = None,
 ) -> Steps[list[tuple[Reals, Reals]]]:
     """Real and imaginary parts (n_y, n_x) of Σ_j w·a/r·exp(i(kr + φ)) over the reference wave.
 
     For each level the part that its terms make, at its nodes.
 
     precision : of the tables and sums; float32 adds about 5e-7 of noise
+    first : the first level's tables, if they are there already
+    beside : other work to be done while products are formed
     """
     out: list[tuple[Reals, Reals]] = []
     for start in range(0, len(cloud), MOST_AT_ONCE):
         part = cloud.select(slice(start, start + MOST_AT_ONCE))
-        made = yield from _some_points(part, levels, wave, series, precision)
+        made = yield from _some_points(part, levels, wave, series, precision, first, beside)
+        first = beside = None
         if not out:
             out = made
         else:
@@ -166,37 +209,27 @@ def _some_points(
     wave: Wave,
     series: Series,
     precision: type[np.floating],
+    first: Tables | None,
+    beside: Callable[[], None] | None,
 ) -> Steps[list[tuple[Reals, Reals]]]:
-    reference, wavelength = wave.reference, wave.wavelength
-    x, y, z = cloud.positions.T
-    tables: dict[tuple[int, str], tuple[Reals, Reals]] = {}
-    weights: dict[int, tuple[Reals, Reals]] = {}
     scale = series.at_points(by_curvature(cloud.positions))
-    scale *= cloud.amplitude * reference.modulus(z)
+    scale *= cloud.amplitude * wave.reference.modulus(cloud.positions[:, 2])
     scales = scale.astype(precision)
+    tables = [first or Tables(), *(Tables() for _ in levels[1:])]
+    missing = [
+        piece
+        for level, made in zip(levels, tables, strict=True)
+        if made.across is None
+        for piece in table_pieces(cloud, (level.axis_x, level.axis_y), wave, precision, made)
+    ]
+    if missing:
+        yield missing
+    weights: list[tuple[Reals, Reals]] = [(scale, scale)] * len(levels)
+    out = weights.copy()
 
-    def across(number: int, axis: Axis) -> Callable[[], None]:
-        def make() -> None:
-            z_x = reference.along_x(z)
-            cycles = phase_table(axis, x, z_x, reference.x, reference.z_x, wavelength)
-            made = fold(cycles, precision)
-            _apply_taper(made, axis, x, z, wave.reach[0])
-            tables[number, "x"] = made
+    def weight(number: int) -> Callable[[], None]:
+        level = levels[number]
 
-        return make
-
-    def down(number: int, axis: Axis) -> Callable[[], None]:
-        def make() -> None:
-            z_y = reference.along_y(z)
-            cycles = phase_table(axis, y, z_y, reference.y, reference.z_y, wavelength)
-            cycles += (reference.start(z, wavelength) + cloud.phase / (2 * pi))[:, None]
-            made = fold(cycles, precision)
-            _apply_taper(made, axis, y, z, wave.reach[1])
-            tables[number, "y"] = made
-
-        return make
-
-    def weight(number: int, level: Level) -> Callable[[], None]:
         def make() -> None:
             weights[number] = series.on_grid(
                 level.axis_x.nodes, level.axis_y.nodes, precision, level.terms
@@ -204,19 +237,12 @@ def _some_points(
 
         return make
 
-    yield [
-        piece
-        for number, level in enumerate(levels)
-        for piece in (
-            across(number, level.axis_x), down(number, level.axis_y), weight(number, level)
-        )
-    ]  # fmt: skip
-    works = [
-        product_steps(tables[number, "x"], tables[number, "y"], scales[level.terms])
-        for number, level in enumerate(levels)
-    ]
+    works = []
+    for number, (level, made) in enumerate(zip(levels, tables, strict=True)):
+        assert made.across is not None and made.down is not None
+        small = [weight(number), *([beside] if beside is not None and number == 0 else [])]
+        works.append(product_steps(made.across, made.down, scales[level.terms], small))
     sums = yield from side_by_side(works)
-    out: list[tuple[Reals, Reals]] = [(scale, scale)] * len(levels)
 
     def weighed(number: int) -> Callable[[], None]:
         def make() -> None:

@@ -95,6 +95,18 @@ class Reference:
         return kernel
 
 
+@dataclass(frozen=True)
+class Wave:
+    """The light of a cluster: what is taken out of its sums, its wavelength and its reach.
+
+    reach : footprint half-width per depth in x and y
+    """
+
+    reference: Reference
+    wavelength: float
+    reach: tuple[float, float]
+
+
 def by_curvature(positions: Floats) -> Floats:
     """(N, 3) x, y, 1/z: G is nearly a polynomial in them, however deep the cluster is."""
     return np.column_stack([positions[:, :2], 1 / positions[:, 2]])

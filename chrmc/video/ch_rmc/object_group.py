@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.assembly import Factor
-from chrmc.cgh.curved.baseband import Axes, Remainder, Summed, cluster_axes, series_for, sum_steps
+from chrmc.cgh.curved.baseband import Axes, Summed, cluster_axes, series_for, sum_steps
 from chrmc.cgh.curved.clusters import Plane, bounding_box, reference_at
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
 from chrmc.cgh.curved.parallel import alone, finished
 from chrmc.cgh.curved.predict import Budget, budget_of
-from chrmc.cgh.curved.series import Series
-from chrmc.cgh.curved.wave import Reference
+from chrmc.cgh.curved.series import Remainder, Series
+from chrmc.cgh.curved.wave import Reference, Wave
 from chrmc.footprint import SOFT_SHARE
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Pose
@@ -213,8 +213,7 @@ class Group:
                 factor,
                 thing.cloud,
                 (self._targets[0].places, self._targets[1].places),
-                self._plane.wavelength,
-                self._plane.reach,
+                Wave(reference, self._plane.wavelength, self._plane.reach),
                 missed,
             )
             carried = self._sphere.expected_error(self._own.select(thing.ids))
