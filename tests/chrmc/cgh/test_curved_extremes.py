@@ -89,7 +89,7 @@ def test_hopeless_work_is_refused_before_it_starts(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(curved.baseband, "_MOST_TERMS", 2)
     cloud = box(40, (1e-3, 1e-3, 5e-4), (0, 0, 1e-3))
     slm = SLM("s", 300, 201, 8.1e-6)
-    with pytest.raises(ValueError, match=r"points at 0\.\d+ mm would take .* minutes"):
+    with pytest.raises(ValueError, match=r"points at [01]\.\d+ mm would take .* minutes"):
         curved.low_rank(cloud, slm, GREEN, Window.full(slm), coding_for("real", slm).passband)
 
 
