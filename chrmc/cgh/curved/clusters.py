@@ -34,7 +34,8 @@ class Plane:
 
 def bounding_box(positions: Floats) -> Floats:
     """(3, 2) lowest and highest x, y, z."""
-    return np.stack([positions.min(axis=0), positions.max(axis=0)], axis=1)
+    # A coordinate at a time: NumPy's reduction along the long axis of (N, 3) is far slower.
+    return np.array([(column.min(), column.max()) for column in positions.T])
 
 
 _FAR = 0.6  # rms distance on the hologram, of the largest: halves what is not separable

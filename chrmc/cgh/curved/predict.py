@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.assembly import Factor
+from chrmc.cgh.curved.clusters import bounding_box
 from chrmc.cgh.curved.nodes import Axis, Panel
 from chrmc.cgh.curved.series import Remainder
 from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phasors
@@ -83,7 +84,11 @@ def axis_powers(
         guesses.append(values[:, index] if panel.matrix is None else values @ panel.matrix[index].T)
         shares.append(np.full(n, share * panel.target_count / n))
     exact = wave(np.concatenate(picks))
-    exact *= edge(np.concatenate(picks))
+    first = 0
+    for (_, tapered, _), places in zip(chosen, picks, strict=True):
+        if tapered:
+            exact[:, first : first + len(places)] *= edge(places)
+        first += len(places)
     weight = np.concatenate(shares)
     missed = np.abs(np.concatenate(guesses, axis=1) - exact) ** 2
     return np.abs(exact) ** 2 @ weight, missed @ weight
@@ -179,7 +184,7 @@ def _sample(strength: Floats, positions: Floats) -> tuple[NDArray[np.intp], Floa
     count = len(strength)
     if count <= 4 * _POINTS:
         return np.arange(count), strength
-    middle = (positions.min(axis=0) + positions.max(axis=0)) / 2
+    middle = bounding_box(positions).mean(axis=1)
     rank = np.stack([strength, *np.abs(positions - middle)[:, :2].T])
     special = np.unique(np.argpartition(rank, count - _POINTS, axis=1)[:, count - _POINTS :])
     rest = np.setdiff1d(np.linspace(0, count - 1, _POINTS + 4).astype(np.intp), special)
