@@ -9,6 +9,7 @@ take part, so that neighbouring panels share theirs: 1.2 to 1.4 nodes for each t
 for, where Chebyshev nodes take π/2 and more.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil, log, log10, sqrt
@@ -119,9 +120,7 @@ def _band_matrix(grid: Grid, targets: int, frequency: float, tolerance: float) -
     return _weights(grid, targets, covariance, tolerance)
 
 
-def edge_matrix(
-    grid: Grid, targets: int, nyquist: float, width: float, tolerance: float
-) -> Floats:
+def edge_matrix(grid: Grid, targets: int, nyquist: float, width: float, tolerance: float) -> Floats:
     """The same where footprints end.
 
     nyquist, width : as for `edge_grid`
@@ -147,12 +146,14 @@ def _edge_matrix(
     return _weights(grid, targets, covariance, tolerance)
 
 
-def _weights(grid, targets, covariance, tolerance):
-    nodes = np.arange(grid.nodes(targets)) - grid.margin + 0.5
-    places = (np.arange(targets) + 0.5) * (grid.spacings / grid.targets)
+def _weights(
+    grid: Grid, targets: int, covariance: Callable[[Floats], Floats], tolerance: float
+) -> Floats:
+    nodes = np.arange(grid.nodes(targets), dtype=np.float64) - grid.margin + 0.5
+    places = (np.arange(targets, dtype=np.float64) + 0.5) * (grid.spacings / grid.targets)
     among = covariance(nodes[:, None] - nodes)
     among[np.diag_indices_from(among)] += (_NUGGET * tolerance) ** 2
-    matrix = np.linalg.solve(among, covariance(nodes[:, None] - places)).T.copy()
+    matrix: Floats = np.linalg.solve(among, covariance(nodes[:, None] - places)).T.copy()
     matrix.flags.writeable = False
     return matrix
 

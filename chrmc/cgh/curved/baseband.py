@@ -183,10 +183,11 @@ def sum_steps(
     levels = [Level(*axes, slice(0, 1)), Level(*coarse, slice(1, None))]
     fine, small = yield from level_steps(cloud, levels, wave, series, precision, tables, expect)
     more = np.zeros(fine[0].shape, dtype=np.complex64)
-    still = tuple((np.ones(n), np.zeros(n)) for n in nodes)
+    still_x, still_y = ((np.ones(n), np.zeros(n)) for n in nodes)
 
     def carry() -> None:
-        add_field(more, Factor(*coarse, reference, *_single(*small)), *still, add=False)
+        carried = Factor(*coarse, reference, *_single(*small))
+        add_field(more, carried, still_x, still_y, add=False)
         np.add(fine[0], more.real, out=fine[0])
         np.add(fine[1], more.imag, out=fine[1])
 

@@ -30,7 +30,7 @@ class Line:
     @property
     def places(self) -> Floats:
         """(count,) metres, ascending."""
-        return self.first + self.step * np.arange(self.count)
+        return self.first + self.step * np.arange(self.count, dtype=np.float64)
 
     def part(self, start: int, stop: int) -> "Line":
         """Places start … stop − 1 of it."""
@@ -337,9 +337,7 @@ def _even_run(
         low = number * grid.spacings - below
         high = low + whole.shape[1]
         part = whole[:, max(0, -low) : whole.shape[1] - max(0, high - nodes.count)]
-        panels.append(
-            Panel(slice(start, stop), slice(max(0, low), min(high, nodes.count)), part)
-        )
+        panels.append(Panel(slice(start, stop), slice(max(0, low), min(high, nodes.count)), part))
     weight = np.zeros(nodes.count)
     weight[grid.margin - below : total - grid.margin - below] = grid.targets / grid.spacings
     run = Run(slice(0, nodes.count), nodes, light is not None, weight)

@@ -92,9 +92,7 @@ class Series:
     ) -> tuple[Reals, Reals]:
         """Real and imaginary parts of F_l at nodes, (terms, len(y), len(x)) each."""
         to_x, to_y = (
-            interpolation(
-                n, (2 * t - low - high) / (high - low) if n > 1 else np.zeros(len(t))
-            )
+            interpolation(n, (2 * t - low - high) / (high - low) if n > 1 else np.zeros(len(t)))
             for t, (low, high, n) in zip((x, y), self.grid, strict=True)
         )
         values = self.values[terms]

@@ -62,7 +62,11 @@ class _Plan:
             places = line.places
             for run in axis.runs:
                 if not run.tapered:
-                    of = [p.targets for p in axis.panels if run.nodes.start <= p.nodes.start < run.nodes.stop]
+                    of = [
+                        p.targets
+                        for p in axis.panels
+                        if run.nodes.start <= p.nodes.start < run.nodes.stop
+                    ]
                     nodes = axis.nodes[run.nodes]
                     first, last = places[of[0].start], places[of[-1].stop - 1]
                     far = max(far, first - nodes.min(), nodes.max() - last)
@@ -269,7 +273,9 @@ class Group:
         """Directions and ranges in which a rectangle of the hologram is seen in one frame."""
         centre = pose.apply(self._middle[None])[0]
         turn = self._axes @ pose.rotation.T
-        sides = [np.linspace(*span, 7) - middle for span, middle in zip(spans, centre, strict=False)]
+        sides = [
+            np.linspace(*span, 7) - middle for span, middle in zip(spans, centre, strict=False)
+        ]
         x, y = np.meshgrid(*sides)
         q = np.einsum("ij,jyx->iyx", turn, np.stack([x, y, np.full_like(x, -centre[2])]))
         u, v, rho = coordinates(q)
@@ -278,7 +284,9 @@ class Group:
         nearest = float(np.hypot(np.hypot(*near), centre[2]))
         along = turn[:, 1]
         tilt = abs(along[0]) / max(abs(along[1]), 1e-9) if along[1] > 0 else np.inf
-        u_range, v_range, s_range = (_range(values) for values in (u, v, 1 / np.append(rho, nearest)))
+        u_range, v_range, s_range = (
+            _range(values) for values in (u, v, 1 / np.append(rho, nearest))
+        )
         return View(u_range, v_range, s_range, float(tilt) * 1.02 + (1e-6 if tilt else 0.0))
 
     def _within_reach(self, poses: list[Pose]) -> list[Pose]:

@@ -7,8 +7,8 @@ from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
 from chrmc.cgh.curved import chebyshev as nodes
 from chrmc.cgh.curved import parallel, series, tables, wave
-from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.clusters import bounding_box
+from chrmc.cgh.curved.nodes import Axis
 from chrmc.coding import coding_for
 from chrmc.footprint import coverage
 from chrmc.reference import reference_samples, relative_error
