@@ -153,7 +153,8 @@ def _weights(
     places = (np.arange(targets, dtype=np.float64) + 0.5) * (grid.spacings / grid.targets)
     among = covariance(nodes[:, None] - nodes)
     among[np.diag_indices_from(among)] += (_NUGGET * tolerance) ** 2
-    matrix: Floats = np.linalg.solve(among, covariance(nodes[:, None] - places)).T.copy()
+    solved = np.linalg.solve(among, covariance(nodes[:, None] - places))
+    matrix: Floats = np.array(solved.T, dtype=np.float64)
     matrix.flags.writeable = False
     return matrix
 

@@ -168,7 +168,7 @@ class Group:
                 appeared = vanished = np.zeros(0, dtype=np.intp)
         with record.stage("PA"):
             centre = pose.apply(self._middle[None])[0]
-            cx, cy, cz = centre.tolist()
+            cx, cy, _ = centre.tolist()
             self._plan = self._planned(thing, aim)
             reference, (axis_x, axis_y) = self._plan.reference, self._plan.axes
             smooth_x, at_x = part_of(axis_x, False)
