@@ -83,25 +83,45 @@ class Series:
         ratio: Floats = np.mean(np.abs(exact - series) ** 2, axis=(1, 2), where=inside)
         return ratio / np.mean(np.abs(exact) ** 2, axis=(1, 2), where=inside)
 
-    def on_grid(
+    def on_nodes(
         self,
         x: Floats,
         y: Floats,
         precision: type[np.floating],
         terms: slice = slice(None),
-    ) -> tuple[Reals, Reals]:
-        """Real and imaginary parts of F_l at nodes, (terms, len(y), len(x)) each."""
+    ) -> "OnNodes":
+        """F_l of some terms at nodes."""
         to_x, to_y = (
             interpolation(n, (2 * t - low - high) / (high - low) if n > 1 else np.zeros(len(t)))
             for t, (low, high, n) in zip((x, y), self.grid, strict=True)
         )
         values = self.values[terms]
-        flat = values.reshape(-1, values.shape[2])
-        parts = []
-        for part in (flat.real, flat.imag):
-            wide = (part @ to_x.T).reshape(len(values), values.shape[1], -1)
-            parts.append((to_y @ wide).astype(precision))
-        return parts[0], parts[1]
+        return OnNodes(
+            values.real.astype(precision), values.imag.astype(precision),
+            np.ascontiguousarray(to_x.T, dtype=precision), to_y.astype(precision),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class OnNodes:
+    """F_l at nodes, worked out term by term.
+
+    real, imag : (L, a, b) on the series' grid
+    to_x : (b, n_x); to_y : (n_y, a) interpolation from the grid to the nodes
+    """
+
+    real: Reals
+    imag: Reals
+    to_x: Reals
+    to_y: Reals
+
+    def of(self, term: int, rows: slice = slice(None)) -> tuple[Reals, Reals]:
+        """Real and imaginary part of one term at some rows of nodes, (rows, n_x) each."""
+        rows_of = self.to_y[rows]
+        return (
+            rows_of @ (self.real[term] @ self.to_x),
+            rows_of @ (self.imag[term] @ self.to_x),
+        )
 
 
 @dataclass(frozen=True)

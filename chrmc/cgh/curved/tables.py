@@ -7,6 +7,7 @@ matrix product more.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import pi
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.parallel import Steps, finished, side_by_side
-from chrmc.cgh.curved.series import Series
+from chrmc.cgh.curved.series import OnNodes, Series
 from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phase_table, phasors
 from chrmc.footprint import SOFT_SHARE
 from chrmc.scene.points import PointCloud
@@ -53,76 +54,77 @@ def _apply_taper(
                 part[:, run.nodes] *= share
 
 
-def products(
-    across: tuple[Reals, Reals], down: tuple[Reals, Reals], scale: Reals
+def weighted_products(
+    across: tuple[Reals, Reals], down: tuple[Reals, Reals], scale: Reals, weights: OnNodes
 ) -> tuple[Reals, Reals]:
-    """Σ_j scale_lj·down_j·across_j as real and imaginary parts, (L, n_y, n_x) each.
+    """Σ_l F_l·Σ_j scale_lj·down_j·across_j as real and imaginary parts, (n_y, n_x) each.
 
     across, down : cos and sin tables (N, n_x) and (N, n_y)
     scale : (L, N) real
+    weights : F_l
     """
-    return finished(product_steps(across, down, scale))
+    return finished(product_steps(across, down, scale, weights))
 
 
 def product_steps(
     across: tuple[Reals, Reals],
     down: tuple[Reals, Reals],
     scale: Reals,
-    beside: Sequence[Callable[[], None]] = (),
+    weights: OnNodes,
+    beside: Callable[[], None] | None = None,
 ) -> Steps[tuple[Reals, Reals]]:
-    """`products` in steps: each complex product is three real ones, in two halves.
+    """`weighted_products` in steps: each complex product is three real ones.
 
     sgemm runs several times faster than cgemm here.
 
-    beside : pieces of many small operations, which hold Python's lock and leave the other cores
-        to the products; one at a time, or they wait for each other
+    beside : a piece of many small operations, which holds Python's lock and leaves the other
+        cores to the products
     """
     terms, n = scale.shape
     ny, nx = down[0].shape[1], across[0].shape[1]
-    left = np.empty((3, n, terms, ny), dtype=scale.dtype)
-    right = across[0], across[1], np.empty((n, nx), dtype=scale.dtype)
-    flat = left.reshape(3, n, terms * ny)
-    out = np.empty((3, terms * ny, nx), dtype=scale.dtype)
-    both = down[0] + down[1]
+    right = across[0], across[1], across[0] + across[1]
+    left = down[0], down[1], down[0] + down[1]
+    out = np.empty((terms, 2, ny, nx), dtype=scale.dtype)
+    cuts = np.linspace(0, ny, (4 if terms < 3 else 1) + 1).astype(int)
 
-    def fill(part: int, table: Reals) -> Callable[[], None]:
+    def piece(term: int, rows: slice) -> Callable[[], None]:
         def multiply() -> None:
-            for term in range(terms):
-                np.multiply(table, scale[term][:, None], out=left[part, :, term])
+            scaled = np.empty((n, rows.stop - rows.start), dtype=scale.dtype)
+            made = []
+            for table, other in zip(left, right, strict=True):
+                np.multiply(table[:, rows], scale[term][:, None], out=scaled)
+                made.append(scaled.T @ other)
+            both, sine, imag = made[0], made[1], made[2]
+            imag -= both
+            imag -= sine
+            both -= sine
+            _weigh(weights.of(term, rows), (both, imag), out[term, :, rows])
 
         return multiply
 
-    def add() -> None:
-        np.add(across[0], across[1], out=right[2])
-
-    yield [*(fill(part, table) for part, table in enumerate((*down, both))), add]
-
-    def piece(part: int, rows: slice) -> Callable[[], None]:
-        def multiply() -> None:
-            np.matmul(flat[part][:, rows].T, right[part], out=out[part, rows])
-
-        return multiply
-
-    half = terms * ny // 2
-    halves = (slice(half, None), slice(0, half)) if half > 16 else (slice(None),)
-    pieces = [piece(part, rows) for rows in halves for part in range(3)]
-    for number, small in enumerate(beside):
-        pieces.insert(2 * number + 1, small)
+    pieces = [
+        piece(term, slice(int(first), int(last)))
+        for term in range(terms)
+        for first, last in pairwise(cuts)
+    ]
+    if beside is not None:
+        pieces.insert(1, beside)
     yield pieces
-    real, other, imag = out
-    imag -= real
-    imag -= other
-    real -= other
-    return real.reshape(terms, ny, nx), imag.reshape(terms, ny, nx)
+    # In a fixed order, so that the same points give the same numbers.
+    total = out[0]
+    for more in out[1:]:
+        total += more
+    return total[0], total[1]
 
 
-def weigh(series: tuple[Reals, Reals], sums: tuple[Reals, Reals]) -> tuple[Reals, Reals]:
-    """Σ_l F_l·sum_l, complex, from and to real and imaginary parts."""
-    real = np.einsum("lyx,lyx->yx", series[0], sums[0])
-    real -= np.einsum("lyx,lyx->yx", series[1], sums[1])
-    imag = np.einsum("lyx,lyx->yx", series[0], sums[1])
-    imag += np.einsum("lyx,lyx->yx", series[1], sums[0])
-    return real, imag
+def _weigh(weight: tuple[Reals, Reals], sums: tuple[Reals, Reals], out: Reals) -> None:
+    """out = weight·sums, complex, from and to real and imaginary parts; `sums` is overwritten."""
+    real, imag = sums
+    np.multiply(weight[0], real, out=out[0])
+    np.multiply(weight[1], real, out=out[1])
+    out[1] += weight[0] * imag
+    imag *= weight[1]
+    out[0] -= imag
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,34 +226,17 @@ def _some_points(
     ]
     if missing:
         yield missing
-    weights: list[tuple[Reals, Reals]] = [(scale, scale)] * len(levels)
-    out = weights.copy()
-
-    def weight(number: int) -> Callable[[], None]:
-        level = levels[number]
-
-        def make() -> None:
-            weights[number] = series.on_grid(
-                level.axis_x.nodes, level.axis_y.nodes, precision, level.terms
-            )
-
-        return make
-
     works = []
     for number, (level, made) in enumerate(zip(levels, tables, strict=True)):
         assert made.across is not None and made.down is not None
-        small = [weight(number), *([beside] if beside is not None and number == 0 else [])]
-        works.append(product_steps(made.across, made.down, scales[level.terms], small))
-    sums = yield from side_by_side(works)
-
-    def weighed(number: int) -> Callable[[], None]:
-        def make() -> None:
-            out[number] = weigh(weights[number], sums[number])
-
-        return make
-
-    yield [weighed(number) for number in range(len(levels))]
-    return out
+        weights = series.on_nodes(level.axis_x.nodes, level.axis_y.nodes, precision, level.terms)
+        works.append(
+            product_steps(
+                made.across, made.down, scales[level.terms], weights,
+                beside if number == 0 else None,
+            )
+        )  # fmt: skip
+    return (yield from side_by_side(works))
 
 
 def exact_baseband(

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.chebyshev import chebyshev, interpolation, node_count
 from chrmc.cgh.curved.series import Series, make_series
-from chrmc.cgh.curved.tables import fold, products, weigh
+from chrmc.cgh.curved.tables import fold, weighted_products
 from chrmc.cgh.curved.wave import Kernel
 from chrmc.scene.points import PointCloud
 from chrmc.video.ch_rmc.object_taps import rms_error, step_for, taps_for, weights
@@ -155,8 +155,10 @@ class Sphere:
             across, down = axes(u, v, part.positions)
             down += part.phase[:, None] / (2 * pi)
             scale = series.at_points(part.positions) * part.amplitude
-            sums = products(fold(across, precision), fold(down, precision), scale.astype(precision))
-            real, imag = weigh(series.on_grid(u, v, precision), sums)
+            real, imag = weighted_products(
+                fold(across, precision), fold(down, precision), scale.astype(precision),
+                series.on_nodes(u, v, precision),
+            )  # fmt: skip
             total += real + 1j * imag
         even = to_u @ (to_v @ total).T
         return even.astype(np.complex64), series
