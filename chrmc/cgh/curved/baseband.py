@@ -6,7 +6,7 @@ the whole tolerance: fewer do, from which they are carried to the others.
 
 from collections.abc import Callable
 from functools import partial
-from math import hypot
+from math import hypot, sqrt
 from threading import Lock
 
 import numpy as np
@@ -40,6 +40,7 @@ _BEHIND = 60.0  # in panels whose targets are nodes
 _LEAF_SHARE = 0.7  # of the tolerance, for sub-clusters
 _NODE_SHARE, _SERIES_SHARE = 0.45, 0.6  # of the tolerance, for interpolation and the series
 _COARSE_SHARE = 0.2  # for the interpolation of the small terms
+_SMALL = 0.08  # a level's terms against those of the level before
 
 _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for it
 MOST_WORK = 2e10
@@ -146,11 +147,12 @@ def sum_steps(
         parts = clusters.leaves(cloud, box, grid)
         return _from_leaves(parts, axes, reference, plane, tolerance)
     wave = Wave(reference, plane.wavelength, plane.reach)
-    precision = np.float32 if tolerance >= _SINGLE else np.float64
     tables: Tables | None = None
     if series is None:
         tables = Tables() if len(cloud) <= MOST_AT_ONCE else None
-        beside_it = [] if tables is None else table_pieces(cloud, axes, wave, precision, tables)
+        beside_it = (
+            [] if tables is None else table_pieces(cloud, axes, wave, _precision(tolerance), tables)
+        )
         series = yield from _series_steps(cloud, axes, reference, plane, tolerance, beside_it)
     if series is None or series.terms > _MOST_TERMS:
         # The rest of the wave changes too much over the cluster: smaller ones, or none at all.
@@ -164,35 +166,59 @@ def sum_steps(
                 f"by one, about {work * 4e-8 / 60:.0f} minutes: move them farther away"
             )
         return *exact_baseband(cloud, *axes, wave), Remainder()
-    rest = float(np.linalg.norm(series.sizes[1:]))
-    coarse: Axes | None = None
-    if series.terms > 1 and clusters.coarse_pays(
-        len(cloud), nodes, nodes[0] * nodes[1] // 2, series.terms
-    ):
-        aim = min(_COARSE_SHARE * tolerance / rest, 0.1)
-        coarse = _axes_behind(axes, cloud, reference, plane, aim)
-        pixels = len(coarse[0].nodes) * len(coarse[1].nodes)
-        if not clusters.coarse_pays(len(cloud), nodes, pixels, series.terms):
-            coarse = None
-    missed = Remainder(series, 0.0 if coarse is None else aim * rest)
+    levels, between = _levels(cloud, axes, reference, plane, tolerance, series)
+    missed = Remainder(series, between)
     expect = None if beside is None else partial(beside, missed)
-    if coarse is None:
-        levels = [Level(*axes, slice(0, None))]
-        sums = yield from level_steps(cloud, levels, wave, series, precision, tables, expect)
-        return *sums[0], missed
-    levels = [Level(*axes, slice(0, 1)), Level(*coarse, slice(1, None))]
-    fine, small = yield from level_steps(cloud, levels, wave, series, precision, tables, expect)
-    more = np.zeros(fine[0].shape, dtype=np.complex64)
-    still_x, still_y = ((np.ones(n), np.zeros(n)) for n in nodes)
+    fine, *others = yield from level_steps(cloud, levels, wave, series, tables, expect)
+    if others:
+        more = np.zeros(fine[0].shape, dtype=np.complex64)
+        still_x, still_y = ((np.ones(n), np.zeros(n)) for n in nodes)
 
-    def carry() -> None:
-        carried = Factor(*coarse, reference, *_single(*small))
-        add_field(more, carried, still_x, still_y, add=False)
-        np.add(fine[0], more.real, out=fine[0])
-        np.add(fine[1], more.imag, out=fine[1])
+        def carry() -> None:
+            for level, small in zip(levels[1:], others, strict=True):
+                carried = Factor(level.axis_x, level.axis_y, reference, *_single(*small))
+                add_field(more, carried, still_x, still_y, add=True)
+            np.add(fine[0], more.real, out=fine[0])
+            np.add(fine[1], more.imag, out=fine[1])
 
-    yield [carry]
+        yield [carry]
     return *fine, missed
+
+
+def _precision(tolerance: float) -> type[np.floating]:
+    return np.float32 if tolerance >= _SINGLE else np.float64
+
+
+def _levels(
+    cloud: PointCloud,
+    axes: Axes,
+    reference: Reference,
+    plane: Plane,
+    tolerance: float,
+    series: Series,
+) -> tuple[list[Level], float]:
+    """Which terms are summed at which nodes, and the error of carrying the small ones."""
+    levels: list[Level] = []
+    held, first, square = axes, 0, 0.0
+    aim = tolerance
+    for cut in range(1, series.terms):
+        # A level begins where all terms left are small against those of the level before.
+        left = float(np.linalg.norm(series.sizes[cut:]))
+        if left > _SMALL * float(np.linalg.norm(series.sizes[first:])):
+            continue
+        size = len(held[0].nodes), len(held[1].nodes)
+        more = series.terms - cut
+        if not clusters.coarse_pays(len(cloud), size, size[0] * size[1] * 2 // 3, more):
+            continue
+        wanted = min(_COARSE_SHARE * tolerance / left, 0.1)
+        coarse = _axes_behind(axes, cloud, reference, plane, wanted)
+        pixels = len(coarse[0].nodes) * len(coarse[1].nodes)
+        if clusters.coarse_pays(len(cloud), size, pixels, more):
+            levels.append(Level(*held, slice(first, cut), _precision(aim)))
+            held, first, aim = coarse, cut, wanted
+            square += (wanted * left) ** 2
+    levels.append(Level(*held, slice(first, None), _precision(aim)))
+    return levels, sqrt(square)
 
 
 def series_for(

@@ -202,10 +202,10 @@ def leaves(cloud: PointCloud, box: Floats, grid: tuple[int, ...]) -> list[PointC
 
 
 def coarse_pays(count: int, nodes: tuple[int, int], coarse: int, terms: int) -> bool:
-    """Whether the terms after the first are better summed at `coarse` nodes in all and carried.
+    """Whether terms of so many points are better summed at `coarse` nodes in all and carried.
 
-    nodes : (n_x, n_y) of the first
+    nodes : (n_x, n_y) at which they would be summed otherwise
     """
     fine = nodes[0] * nodes[1]
-    saved = 6 * count * (terms - 1) * (fine - coarse)
+    saved = 6 * count * terms * (fine - coarse)
     return saved > _CARRY + _ENTRY / 5 * count * 2 * coarse**0.5 + 8 * coarse**0.5 * fine

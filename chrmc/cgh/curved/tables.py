@@ -129,11 +129,15 @@ def _weigh(weight: tuple[Reals, Reals], sums: tuple[Reals, Reals], out: Reals) -
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """Terms of a series that are summed at the same nodes."""
+    """Terms of a series that are summed at the same nodes.
+
+    precision : of the tables and sums; float32 adds about 5e-7 of noise
+    """
 
     axis_x: Axis
     axis_y: Axis
     terms: slice
+    precision: type[np.floating]
 
 
 Pieces = list[Callable[[], None]]
@@ -179,7 +183,6 @@ def level_steps(
     levels: Sequence[Level],
     wave: Wave,
     series: Series,
-    precision: type[np.floating],
     first: Tables | None = None,
     beside: Callable[[], None] | None = None,
 ) -> Steps[list[tuple[Reals, Reals]]]:
@@ -187,14 +190,13 @@ def level_steps(
 
     For each level the part that its terms make, at its nodes.
 
-    precision : of the tables and sums; float32 adds about 5e-7 of noise
     first : the first level's tables, if they are there already
     beside : other work to be done while products are formed
     """
     out: list[tuple[Reals, Reals]] = []
     for start in range(0, len(cloud), MOST_AT_ONCE):
         part = cloud.select(slice(start, start + MOST_AT_ONCE))
-        made = yield from _some_points(part, levels, wave, series, precision, first, beside)
+        made = yield from _some_points(part, levels, wave, series, first, beside)
         first = beside = None
         if not out:
             out = made
@@ -210,29 +212,29 @@ def _some_points(
     levels: Sequence[Level],
     wave: Wave,
     series: Series,
-    precision: type[np.floating],
     first: Tables | None,
     beside: Callable[[], None] | None,
 ) -> Steps[list[tuple[Reals, Reals]]]:
     scale = series.at_points(by_curvature(cloud.positions))
     scale *= cloud.amplitude * wave.reference.modulus(cloud.positions[:, 2])
-    scales = scale.astype(precision)
     tables = [first or Tables(), *(Tables() for _ in levels[1:])]
     missing = [
         piece
         for level, made in zip(levels, tables, strict=True)
         if made.across is None
-        for piece in table_pieces(cloud, (level.axis_x, level.axis_y), wave, precision, made)
+        for piece in table_pieces(cloud, (level.axis_x, level.axis_y), wave, level.precision, made)
     ]
     if missing:
         yield missing
     works = []
     for number, (level, made) in enumerate(zip(levels, tables, strict=True)):
         assert made.across is not None and made.down is not None
-        weights = series.on_nodes(level.axis_x.nodes, level.axis_y.nodes, precision, level.terms)
+        weights = series.on_nodes(
+            level.axis_x.nodes, level.axis_y.nodes, level.precision, level.terms
+        )
         works.append(
             product_steps(
-                made.across, made.down, scales[level.terms], weights,
+                made.across, made.down, scale[level.terms].astype(level.precision), weights,
                 beside if number == 0 else None,
             )
         )  # fmt: skip

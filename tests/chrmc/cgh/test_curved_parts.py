@@ -77,7 +77,9 @@ def test_series_has_the_terms_that_the_tolerance_needs_and_no_more(tolerance: fl
     points = random.uniform(box[:, 0], box[:, 1], (300, 3))
     x, y = np.linspace(-8e-3, 8e-3, 31), np.linspace(-5e-3, 5e-3, 23)
     on = made.on_nodes(x, y, np.float64)
-    real, imag = (np.array(part) for part in zip(*(on.of(term) for term in range(made.terms)), strict=True))
+    real, imag = (
+        np.array(part) for part in zip(*(on.of(term) for term in range(made.terms)), strict=True)
+    )
     at = made.at_points(points)
     exact = REFERENCE.residual(
         x - points[:, 0, None, None],
