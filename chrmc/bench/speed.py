@@ -34,15 +34,19 @@ def machine() -> str:
 
 
 def interleaved(jobs: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
-    """Seconds of every job in every round, one job after the other, after one that warms up."""
+    """Seconds of every job in every round, the jobs in turn.
+
+    Each is run once more right before it is timed, as it would be within a video: what the job
+    before it left in caches and in the allocator is not its own.
+    """
     seconds: dict[str, list[float]] = {name: [] for name in jobs}
-    for number in range(rounds + 1):
+    for _ in range(rounds):
         for name, job in jobs.items():
             time.sleep(0.06)  # until the threads of the job before stop spinning
+            job()
             start = time.perf_counter()
             job()
-            if number:
-                seconds[name].append(time.perf_counter() - start)
+            seconds[name].append(time.perf_counter() - start)
     return seconds
 
 
@@ -146,7 +150,7 @@ def single_frames(cloud: PointCloud, slm: SLM, wavelength: float, rounds: int = 
     """The coded signal of one frame: `curved` at 1e-3 and 1e-5 against the rival."""
     coding = coding_for("ssb", slm)
     window = Window.full(slm)
-    clouds = fresh_clouds(cloud, rounds + 1)
+    clouds = fresh_clouds(cloud, 2 * rounds)
     turn = dict.fromkeys(("rival", "1e-3", "1e-5"), 0)
 
     def job(name: str) -> Callable[[], NDArray[np.float32]]:
