@@ -33,20 +33,25 @@ def machine() -> str:
     )
 
 
-def interleaved(jobs: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
-    """Seconds of every job in every round, the jobs in turn.
+_SETTLE = 0.15  # seconds: the threads of a matrix product spin so long after it
+_WARM, _TIMED = 3, 3  # calls in a burst, as a video makes them
 
-    Each is run once more right before it is timed, as it would be within a video: what the job
-    before it left in caches and in the allocator is not its own.
+
+def interleaved(jobs: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
+    """Seconds of every job in every round: the jobs in turn, each in a burst of calls.
+
+    The first calls of a burst are not timed. What the job before left behind, threads that still
+    spin, cold caches, a core that slept, is not its own and does not last in a video.
     """
     seconds: dict[str, list[float]] = {name: [] for name in jobs}
     for _ in range(rounds):
         for name, job in jobs.items():
-            time.sleep(0.06)  # until the threads of the job before stop spinning
-            job()
-            start = time.perf_counter()
-            job()
-            seconds[name].append(time.perf_counter() - start)
+            time.sleep(_SETTLE)
+            for number in range(_WARM + _TIMED):
+                start = time.perf_counter()
+                job()
+                if number >= _WARM:
+                    seconds[name].append(time.perf_counter() - start)
     return seconds
 
 
@@ -150,7 +155,7 @@ def single_frames(cloud: PointCloud, slm: SLM, wavelength: float, rounds: int = 
     """The coded signal of one frame: `curved` at 1e-3 and 1e-5 against the rival."""
     coding = coding_for("ssb", slm)
     window = Window.full(slm)
-    clouds = fresh_clouds(cloud, 2 * rounds)
+    clouds = fresh_clouds(cloud, rounds * (_WARM + _TIMED))
     turn = dict.fromkeys(("rival", "1e-3", "1e-5"), 0)
 
     def job(name: str) -> Callable[[], NDArray[np.float32]]:

@@ -15,7 +15,7 @@ from chrmc.cgh.curved.assembly import (
     Factor,
     Floats,
     add_field,
-    add_signal,
+    add_signals,
     phasor,
     reference_cycles,
 )
@@ -167,9 +167,8 @@ def signal_of(
     """(H, W) float32 Re(field·exp(+2πi·carrier·y)) from factors, on top of a copy of `base`."""
     x, y = slm.x(window.columns), slm.y(window.rows)
     out = np.zeros(window.shape, dtype=np.float32) if base is None else base.copy()
-    for number, part in enumerate(parts):
-        along_x, along_y = _reference_waves(part, x, y, wavelength, carrier)
-        add_signal(out, part, along_x, along_y, add=number > 0 or base is not None)
+    phases = [_reference_waves(part, x, y, wavelength, carrier) for part in parts]
+    add_signals(out, parts, phases, empty=base is None)
     return out
 
 

@@ -4,7 +4,10 @@ A_x and A_y hold the interpolation from the nodes and the phase of the reference
 holds the carrier, so that Re(field·carrier) comes out as float32 without a complex field.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
 from math import pi
 
 import numpy as np
@@ -47,10 +50,15 @@ def phasor(cycles: Floats) -> tuple[Floats, Floats]:
     return np.cos(turn), np.sin(turn)
 
 
-def expand_columns(factor: Factor, x: tuple[Floats, Floats]) -> Singles:
-    """M·A_x as (2·n_y, columns of axis_x.targets): each node's real, then its imaginary row.
+Phase = tuple[Floats, Floats]
+"""cos and sin of what is put on along an axis, over all targets."""
+Pieces = list[Callable[[], None]]
 
-    x : cos and sin of the phase put on along x, over all targets
+
+def expand_columns(factor: Factor, x: Phase) -> tuple[Singles, Pieces]:
+    """M·A_x as (2·n_y, columns of axis_x.targets), and the pieces of work that fill it.
+
+    Each node has its real, then its imaginary row.
     """
     ny, nx = factor.real.shape
     # (M_re, −M_im) meet the cosine and the sine for the real part, (M_im, M_re) for the other.
@@ -78,39 +86,100 @@ def expand_columns(factor: Factor, x: tuple[Floats, Floats]) -> Singles:
         np.multiply(panel.matrix.T, sin, out=right[:, 1], casting="same_kind")
         np.matmul(part, right.reshape(-1, panel.target_count), out=out[:, place])
 
-    spread(expand, panels)
-    return out
+    return out, [partial(expand, panel) for panel in panels]
 
 
-def add_signal(
-    out: Singles, factor: Factor, x: tuple[Floats, Floats], y: tuple[Floats, Floats], add: bool
+@dataclass(frozen=True, eq=False)
+class _Share:
+    """What one factor gives to some rows: its panel there, and which of the panel's targets."""
+
+    panel: Panel
+    rows: slice
+    wide: Singles
+    columns: slice
+    y: Phase
+
+    def phase(self) -> Phase:
+        """cos and sin along y, (rows, 1)."""
+        first = self.panel.targets.start
+        targets = slice(first + self.rows.start, first + self.rows.stop)
+        return self.y[0][targets, None], self.y[1][targets, None]
+
+    def left(self) -> Singles:
+        """(rows, 2·nodes) of A_y for the real part."""
+        assert self.panel.matrix is not None
+        cos, sin = self.phase()
+        matrix = self.panel.matrix[self.rows]
+        out = np.empty((*matrix.shape, 2), dtype=np.float32)
+        np.multiply(matrix, cos, out=out[:, :, 0], casting="same_kind")
+        np.multiply(matrix, -sin, out=out[:, :, 1], casting="same_kind")
+        return out.reshape(len(matrix), -1)
+
+    def right(self) -> Singles:
+        """(2·nodes, columns) of the expanded rows."""
+        return self.wide[2 * self.panel.nodes.start : 2 * self.panel.nodes.stop]
+
+    def own(self) -> Singles:
+        """(rows, columns) where the nodes are the targets."""
+        cos, sin = (part.astype(np.float32) for part in self.phase())
+        wide = self.right()
+        block: Singles = wide[0::2][self.rows] * cos
+        block -= wide[1::2][self.rows] * sin
+        return block
+
+
+def add_signals(
+    out: Singles,
+    factors: Sequence[Factor],
+    phases: Sequence[tuple[Phase, Phase]],
+    empty: bool = False,
 ) -> None:
-    """Put (or add) Re(A_y·M·A_x) on the targets of `out`."""
-    wide = expand_columns(factor, x)
-    columns = factor.axis_x.targets
+    """Add Re(Σ A_y·M·A_x) to `out`, factors side by side in one product for each run of rows.
 
-    def put(panel: Panel) -> None:
-        rows = wide[2 * panel.nodes.start : 2 * panel.nodes.stop]
-        cos, sin = y[0][panel.targets, None], y[1][panel.targets, None]
-        place = out[panel.targets, columns]
-        if panel.matrix is None:
-            block = rows[0::2] * cos.astype(np.float32)
-            block -= rows[1::2] * sin.astype(np.float32)
-        else:
-            left = np.empty((panel.target_count, panel.node_count, 2), dtype=np.float32)
-            np.multiply(panel.matrix, cos, out=left[:, :, 0], casting="same_kind")
-            np.multiply(panel.matrix, -sin, out=left[:, :, 1], casting="same_kind")
-            flat = left.reshape(panel.target_count, -1)
-            if not add:
-                np.matmul(flat, rows, out=place)
-                return
-            block = flat @ rows
-        if add:
-            place += block
-        else:
-            place[:] = block
+    phases : what is put on each factor along x and along y
+    empty : `out` holds zeros
+    """
+    pieces: Pieces = []
+    shares: list[_Share] = []
+    for factor, (x, y) in zip(factors, phases, strict=True):
+        wide, its = expand_columns(factor, x)
+        pieces += its
+        columns = factor.axis_x.targets
+        shares += [
+            _Share(panel, slice(0, panel.target_count), wide, columns, y)
+            for panel in factor.axis_y.panels
+        ]
+    spread(lambda piece: piece(), pieces)
+    ends = {end for s in shares for end in (s.panel.targets.start, s.panel.targets.stop)}
+    runs = [slice(*run) for run in pairwise(sorted(ends))]
+    spread(lambda rows: _put(out, rows, shares, empty), runs)
 
-    spread(put, factor.axis_y.panels)
+
+def _put(out: Singles, rows: slice, shares: Sequence[_Share], empty: bool) -> None:
+    """Add to some rows what each factor gives to them."""
+    products: dict[tuple[int, int], list[_Share]] = {}
+    others: list[_Share] = []
+    for share in shares:
+        first = share.panel.targets.start
+        if first <= rows.start and rows.stop <= share.panel.targets.stop:
+            part = replace(share, rows=slice(rows.start - first, rows.stop - first))
+            if share.panel.matrix is None:
+                others.append(part)
+            else:
+                products.setdefault((share.columns.start, share.columns.stop), []).append(part)
+    for columns, several in products.items():
+        left, right = several[0].left(), several[0].right()
+        if len(several) > 1:
+            left = np.concatenate([share.left() for share in several], axis=1)
+            right = np.concatenate([share.right() for share in several])
+        place = out[rows, slice(*columns)]
+        if empty:
+            np.matmul(left, right, out=place)
+            empty = False
+        else:
+            place += left @ right
+    for share in others:
+        out[rows, share.columns] += share.own()
 
 
 def add_field(
@@ -121,7 +190,8 @@ def add_field(
     add: bool,
 ) -> None:
     """Put (or add) A_y·M·A_x on the targets of `out`."""
-    wide = expand_columns(factor, x)
+    wide, pieces = expand_columns(factor, x)
+    spread(lambda piece: piece(), pieces)
     columns = factor.axis_x.targets
 
     def put(panel: Panel) -> None:

@@ -126,6 +126,7 @@ class Group:
         self._held[thing.ids] = True
         self._sphere.add(self._own.select(thing.ids))
 
+    @alone
     def covers(self, thing: ObjectFrame, aim: float) -> bool:
         """A frame's directions and ranges, at the nodes of a tolerance, are on the sphere."""
         if thing.body is not self._body or thing.pose is None:
@@ -152,6 +153,7 @@ class Group:
         now[thing.ids] = True
         return np.flatnonzero(now & ~self._held), np.flatnonzero(self._held & ~now)
 
+    @alone
     def factor(self, thing: ObjectFrame, record: FrameRecord, aim: float) -> tuple[Factor, Budget]:
         """The frame's low-rank factor and its expected error.
 
