@@ -95,10 +95,14 @@ def edge_grid(
     # An axis has two such runs, whose errors add up.
     share = tolerance / sqrt(2)
     step = width * (share / (_EDGE * sqrt(width / max(lit, width)))) ** (1 / 3)
-    per_target = sqrt(1 / step**2 + (1.3 * nyquist) ** 2)
+    margin, slack = _slack(share, False, panel)
+    banded = nyquist * (1 + slack / (panel + 2 * margin))
+    per_target = sqrt(1 / step**2 + banded**2)
+    # A smooth edge needs few neighbours, a band that is nearly full as many as without an edge.
+    margin = max(_EDGE_MARGIN, round(margin * (banded / per_target) ** 2))
     panels = max(1, round(per_target * targets / panel))
     each = -(-targets // panels)
-    made = Grid(-(-targets // each), each, ceil(per_target * each), _EDGE_MARGIN)
+    made = Grid(-(-targets // each), each, ceil(per_target * each), margin)
     return made if made.count(targets) < 0.9 * targets else None
 
 

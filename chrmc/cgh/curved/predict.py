@@ -23,8 +23,9 @@ from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
 
-_POINTS = 8  # strongest, outermost in x and in y, and other points that are tried
-_TARGETS = 4  # targets of each panel that are tried; more where there are few panels
+_POINTS = 4  # strongest, outermost in x and outermost in y that are tried
+_OTHERS = 20  # that stand for the rest
+_TARGETS = 5  # targets of each panel that are tried; more where there are few panels
 ROUNDING = 5e-7
 """Relative error that single-precision products and pixels leave."""
 
@@ -71,10 +72,11 @@ def axis_powers(
     at_nodes = wave(np.concatenate([axis.nodes[panel.nodes] for panel, _, _ in chosen]))
     picks, guesses, shares = [], [], []
     start = 0
-    for panel, tapered, share in chosen:
-        # A low-discrepancy choice of targets: fractions of the golden section.
+    for number, (panel, tapered, share) in enumerate(chosen):
+        # Other places in each panel, the error being small near its nodes.
         n = min(max(_TARGETS, 16 // len(chosen)), panel.target_count)
-        index = ((np.arange(n) + 0.618) / n * panel.target_count).astype(np.intp)
+        shift = 0.618 * (number + 1) % 1
+        index = ((np.arange(n) + shift) / n * panel.target_count).astype(np.intp)
         index = np.minimum(index, panel.target_count - 1)
         picks.append(targets[panel.targets][index])
         values = at_nodes[:, start : start + panel.node_count]
@@ -182,12 +184,12 @@ def _sample(strength: Floats, positions: Floats) -> tuple[NDArray[np.intp], Floa
     The strongest, the outermost, whose error is by far the largest, and some for all the others.
     """
     count = len(strength)
-    if count <= 4 * _POINTS:
+    if count <= 3 * _POINTS + _OTHERS:
         return np.arange(count), strength
     middle = bounding_box(positions).mean(axis=1)
     rank = np.stack([strength, *np.abs(positions - middle)[:, :2].T])
     special = np.unique(np.argpartition(rank, count - _POINTS, axis=1)[:, count - _POINTS :])
-    rest = np.setdiff1d(np.linspace(0, count - 1, _POINTS + 4).astype(np.intp), special)
+    rest = np.setdiff1d(np.linspace(0, count - 1, _OTHERS).astype(np.intp), special)
     share = strength[rest]
     if share.any():
         share = share * (strength.sum() - strength[special].sum()) / share.sum()

@@ -71,7 +71,9 @@ def test_variogram_is_that_of_the_edge() -> None:
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
-@pytest.mark.parametrize(("targets", "nyquist"), [(184, 0.05), (73, 0.05), (300, 0.06), (200, 0.2)])
+@pytest.mark.parametrize(
+    ("targets", "nyquist"), [(184, 0.05), (73, 0.05), (300, 0.06), (200, 0.2), (300, 0.37)]
+)
 def test_soft_edges_are_resolved_wherever_they_fall(
     targets: int, nyquist: float, tolerance: float
 ) -> None:
