@@ -39,7 +39,7 @@ PANEL_X, PANEL_Y = 20.0, 15.0
 _BEHIND = 60.0  # in panels whose targets are nodes
 _LEAF_SHARE = 0.7  # of the tolerance, for sub-clusters
 _NODE_SHARE, _SERIES_SHARE = 0.45, 0.6  # of the tolerance, for interpolation and the series
-_COARSE_SHARE = 0.2  # for the interpolation of the small terms
+_COARSE_SHARE = 0.3  # for the interpolation of the small terms
 _SMALL = 0.08  # a level's terms against those of the level before
 
 _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for it

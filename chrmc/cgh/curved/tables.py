@@ -54,12 +54,21 @@ def _apply_taper(
                 part[:, run.nodes] *= share
 
 
+Table = tuple[Reals, Reals, Reals]
+"""cos, sin and cos + sin of phases, (N, nodes) each."""
+
+
+def with_sum(parts: tuple[Reals, Reals]) -> Table:
+    """The two and their sum: a complex product is three real ones of these."""
+    return parts[0], parts[1], parts[0] + parts[1]
+
+
 def weighted_products(
-    across: tuple[Reals, Reals], down: tuple[Reals, Reals], scale: Reals, weights: OnNodes
+    across: Table, down: Table, scale: Reals, weights: OnNodes
 ) -> tuple[Reals, Reals]:
     """Σ_l F_l·Σ_j scale_lj·down_j·across_j as real and imaginary parts, (n_y, n_x) each.
 
-    across, down : cos and sin tables (N, n_x) and (N, n_y)
+    across, down : tables (N, n_x) and (N, n_y)
     scale : (L, N) real
     weights : F_l
     """
@@ -67,8 +76,8 @@ def weighted_products(
 
 
 def product_steps(
-    across: tuple[Reals, Reals],
-    down: tuple[Reals, Reals],
+    across: Table,
+    down: Table,
     scale: Reals,
     weights: OnNodes,
     beside: Callable[[], None] | None = None,
@@ -82,8 +91,6 @@ def product_steps(
     """
     terms, n = scale.shape
     ny, nx = down[0].shape[1], across[0].shape[1]
-    right = across[0], across[1], across[0] + across[1]
-    left = down[0], down[1], down[0] + down[1]
     out = np.empty((terms, 2, ny, nx), dtype=scale.dtype)
     cuts = np.linspace(0, ny, (4 if terms < 3 else 1) + 1).astype(int)
 
@@ -91,7 +98,7 @@ def product_steps(
         def multiply() -> None:
             scaled = np.empty((n, rows.stop - rows.start), dtype=scale.dtype)
             made = []
-            for table, other in zip(left, right, strict=True):
+            for table, other in zip(down, across, strict=True):
                 np.multiply(table[:, rows], scale[term][:, None], out=scaled)
                 made.append(scaled.T @ other)
             both, sine, imag = made[0], made[1], made[2]
@@ -145,10 +152,10 @@ Pieces = list[Callable[[], None]]
 
 @dataclass(eq=False)
 class Tables:
-    """cos and sin of points' separable phases along x, (N, n_x), and along y, (N, n_y)."""
+    """Of points' separable phases along x, (N, n_x), and along y, (N, n_y)."""
 
-    across: tuple[Reals, Reals] | None = None
-    down: tuple[Reals, Reals] | None = None
+    across: Table | None = None
+    down: Table | None = None
 
 
 def table_pieces(
@@ -165,15 +172,17 @@ def table_pieces(
     def across() -> None:
         z_x = reference.along_x(z)
         cycles = phase_table(axes[0], x, z_x, reference.x, reference.z_x, wavelength)
-        out.across = fold(cycles, precision)
-        _apply_taper(out.across, axes[0], x, z, wave.reach[0])
+        parts = fold(cycles, precision)
+        _apply_taper(parts, axes[0], x, z, wave.reach[0])
+        out.across = with_sum(parts)
 
     def down() -> None:
         z_y = reference.along_y(z)
         cycles = phase_table(axes[1], y, z_y, reference.y, reference.z_y, wavelength)
         cycles += (reference.start(z, wavelength) + cloud.phase / (2 * pi))[:, None]
-        out.down = fold(cycles, precision)
-        _apply_taper(out.down, axes[1], y, z, wave.reach[1])
+        parts = fold(cycles, precision)
+        _apply_taper(parts, axes[1], y, z, wave.reach[1])
+        out.down = with_sum(parts)
 
     return [across, down]
 
