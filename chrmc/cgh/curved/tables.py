@@ -13,7 +13,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.nodes import Axis
+from chrmc.cgh.curved.nodes import Axis, Run
 from chrmc.cgh.curved.parallel import Steps, finished, side_by_side
 from chrmc.cgh.curved.series import OnNodes, Series
 from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phase_table, phasors
@@ -28,39 +28,51 @@ MOST_AT_ONCE = 4096
 """Points whose tables are held at once."""
 
 
-def fold(cycles: Floats, precision: type[np.floating]) -> tuple[Reals, Reals]:
-    """cos and sin of 2π·cycles in `precision`, reduced in float64; `cycles` is overwritten."""
-    cycles -= np.rint(cycles)
-    turn = cycles.astype(precision)
-    turn *= precision(2 * pi)
-    return np.cos(turn), np.sin(turn)
-
-
-def _apply_taper(
-    parts: tuple[Reals, Reals], axis: Axis, x: Floats, z: Floats, reach: float
-) -> None:
-    """The soft footprint of `chrmc.footprint.taper`, in the tables' own precision."""
-    for run in axis.runs:
-        if run.tapered:
-            share = (axis.nodes[run.nodes] - x[:, None]).astype(parts[0].dtype)
-            np.abs(share, out=share)
-            share *= (1 / (SOFT_SHARE * reach * z)).astype(share.dtype)[:, None]
-            share -= share.dtype.type(1 / SOFT_SHARE - 1)
-            np.clip(share, 0, 1, out=share)
-            share *= share.dtype.type(pi / 2)
-            np.cos(share, out=share)
-            share *= share
-            for part in parts:
-                part[:, run.nodes] *= share
+def _taper(axis: Axis, run: Run, x: Floats, z: Floats, reach: float, like: Reals) -> Reals:
+    """The soft footprint of `chrmc.footprint.taper` at a run's nodes, in the tables' precision."""
+    share: Reals = (axis.nodes[run.nodes] - x[:, None]).astype(like.dtype)
+    np.abs(share, out=share)
+    share *= (1 / (SOFT_SHARE * reach * z)).astype(share.dtype)[:, None]
+    share -= share.dtype.type(1 / SOFT_SHARE - 1)
+    np.clip(share, 0, 1, out=share)
+    share *= share.dtype.type(pi / 2)
+    np.cos(share, out=share)
+    share *= share
+    return share
 
 
 Table = tuple[Reals, Reals, Reals]
 """cos, sin and cos + sin of phases, (N, nodes) each."""
 
 
-def with_sum(parts: tuple[Reals, Reals]) -> Table:
-    """The two and their sum: a complex product is three real ones of these."""
-    return parts[0], parts[1], parts[0] + parts[1]
+_BLOCK = 128_000  # entries of a table that are made at once: they fit the second cache
+
+
+def table(
+    cycles: Callable[[slice], Floats],
+    shape: tuple[int, int],
+    precision: type[np.floating],
+    weigh: Callable[[slice, Reals, Reals], None] | None = None,
+) -> Table:
+    """cos, sin and their sum of 2π·cycles, reduced in float64: a complex product is three real.
+
+    cycles : points to (points, nodes)
+    weigh : puts weights on the cos and sin of some points
+    """
+    out = np.empty((3, *shape), dtype=precision)
+    step = max(1, _BLOCK // max(1, shape[1]))
+    for start in range(0, shape[0], step):
+        block = slice(start, min(start + step, shape[0]))
+        some = cycles(block)
+        turn = np.subtract(some, np.rint(some)).astype(precision)
+        turn *= precision(2 * pi)
+        cos, sin, both = out[:, block]
+        np.cos(turn, out=cos)
+        np.sin(turn, out=sin)
+        if weigh is not None:
+            weigh(block, cos, sin)
+        np.add(cos, sin, out=both)
+    return out[0], out[1], out[2]
 
 
 def weighted_products(
@@ -169,20 +181,35 @@ def table_pieces(
     reference, wavelength = wave.reference, wave.wavelength
     x, y, z = cloud.positions.T
 
+    def make(
+        axis: Axis, t: Floats, reach: float, product: tuple[Floats, Floats | None], start: Floats
+    ) -> Table:
+        values, matrix = product
+
+        def cycles(block: slice) -> Floats:
+            out: Floats = values[block] @ matrix if matrix is not None else values[block].copy()
+            out += start[block, None]
+            return out
+
+        def weigh(block: slice, cos: Reals, sin: Reals) -> None:
+            for run in axis.runs:
+                if run.tapered:
+                    share = _taper(axis, run, t[block], z[block], reach, cos)
+                    cos[:, run.nodes] *= share
+                    sin[:, run.nodes] *= share
+
+        return table(cycles, (len(t), len(axis.nodes)), precision, weigh)
+
     def across() -> None:
         z_x = reference.along_x(z)
-        cycles = phase_table(axes[0], x, z_x, reference.x, reference.z_x, wavelength)
-        parts = fold(cycles, precision)
-        _apply_taper(parts, axes[0], x, z, wave.reach[0])
-        out.across = with_sum(parts)
+        product = phase_table(axes[0], x, z_x, reference.x, reference.z_x, wavelength)
+        out.across = make(axes[0], x, wave.reach[0], product, np.zeros(len(x)))
 
     def down() -> None:
         z_y = reference.along_y(z)
-        cycles = phase_table(axes[1], y, z_y, reference.y, reference.z_y, wavelength)
-        cycles += (reference.start(z, wavelength) + cloud.phase / (2 * pi))[:, None]
-        parts = fold(cycles, precision)
-        _apply_taper(parts, axes[1], y, z, wave.reach[1])
-        out.down = with_sum(parts)
+        product = phase_table(axes[1], y, z_y, reference.y, reference.z_y, wavelength)
+        start = reference.start(z, wavelength) + cloud.phase / (2 * pi)
+        out.down = make(axes[1], y, wave.reach[1], product, start)
 
     return [across, down]
 

@@ -134,8 +134,10 @@ def axis_cycles(
 
 def phase_table(
     axis: Axis, x: Floats, z: Floats, centre: float, z_centre: float, wavelength: float
-) -> Floats:
-    """`axis_cycles` at many nodes, interpolated in double precision from as few as that takes.
+) -> tuple[Floats, Floats | None]:
+    """`axis_cycles` (N, n) at many nodes as a product (N, few)·(few, n), exact to 1e-10.
+
+    Or the cycles themselves and None, where few would be many.
 
     The cycles are analytic in t up to t = x ± iz, so a Chebyshev series of them falls by
     ρ = z/h + √(1 + (z/h)²) per term on an interval of half-length h.
@@ -149,5 +151,5 @@ def phase_table(
         if few < 0.7 * len(axis.nodes):
             coarse = (low + high) / 2 + half * chebyshev(few)
             values = axis_cycles(coarse, x, z, centre, z_centre, wavelength)
-            return values @ interpolation(few, (axis.nodes - (low + high) / 2) / half).T
-    return axis_cycles(axis.nodes, x, z, centre, z_centre, wavelength)
+            return values, interpolation(few, (axis.nodes - (low + high) / 2) / half).T
+    return axis_cycles(axis.nodes, x, z, centre, z_centre, wavelength), None

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.chebyshev import chebyshev, interpolation, node_count
 from chrmc.cgh.curved.series import Series, make_series
-from chrmc.cgh.curved.tables import fold, weighted_products, with_sum
+from chrmc.cgh.curved.tables import table, weighted_products
 from chrmc.cgh.curved.wave import Kernel
 from chrmc.scene.points import PointCloud
 from chrmc.video.ch_rmc.object_taps import rms_error, step_for, taps_for, weights
@@ -156,7 +156,8 @@ class Sphere:
             down += part.phase[:, None] / (2 * pi)
             scale = series.at_points(part.positions) * part.amplitude
             real, imag = weighted_products(
-                with_sum(fold(across, precision)), with_sum(fold(down, precision)),
+                table(across.__getitem__, across.shape, precision),
+                table(down.__getitem__, down.shape, precision),
                 scale.astype(precision), series.on_nodes(u, v, precision),
             )  # fmt: skip
             total += real + 1j * imag
