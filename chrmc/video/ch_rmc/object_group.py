@@ -10,9 +10,9 @@ from chrmc.cgh.curved.assembly import Factor
 from chrmc.cgh.curved.baseband import Axes, Summed, cluster_axes, series_for, sum_steps
 from chrmc.cgh.curved.clusters import Plane, bounding_box, reference_at
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
-from chrmc.cgh.curved.parallel import alone, finished
+from chrmc.cgh.curved.parallel import Steps, alone, finished, side_by_side
 from chrmc.cgh.curved.predict import Budget, budget_of
-from chrmc.cgh.curved.series import Remainder, Series
+from chrmc.cgh.curved.series import Remainder
 from chrmc.cgh.curved.wave import Reference, Wave
 from chrmc.footprint import SOFT_SHARE
 from chrmc.scene.points import PointCloud
@@ -169,8 +169,6 @@ class Group:
                 self._held[appeared], self._held[vanished] = True, False
                 appeared = vanished = np.zeros(0, dtype=np.intp)
         with record.stage("PA"):
-            centre = pose.apply(self._middle[None])[0]
-            cx, cy, _ = centre.tolist()
             self._plan = self._planned(thing, aim)
             reference, (axis_x, axis_y) = self._plan.reference, self._plan.axes
             smooth_x, at_x = part_of(axis_x, False)
@@ -184,32 +182,30 @@ class Group:
             if baseband.size and len(thing.cloud) < _MANY:
                 every = PointCloud.concatenate([thing.cloud, changed])
                 shared = series_for(every, (axis_x, axis_y), reference, self._plane, aim)
-        if len(at_x) and len(at_y):
-            x, y = smooth_x.nodes, smooth_y.nodes
-            with record.stage("RMC"):
-                m = self._sphere.look_up(self._axes @ pose.rotation.T, centre, x, y)
-                wavelength = self._plane.wavelength
-                wave = reference.residual(x - cx, y[:, None] - cy, centre[2:], wavelength)
-                start = float(reference.start(centre[2:], wavelength)[0])
-                wave *= np.exp(2j * np.pi * start) * float(reference.modulus(centre[2:])[0])
-                m *= wave.astype(np.complex64)
-            if len(appeared) + len(vanished):
-                with record.stage("EC"):
-                    axes = smooth_x, smooth_y
-                    real, imag, _ = self._sum(changed, axes, reference, shared, aim)
-                    m.real += real
-                    m.imag += imag
-            baseband[np.ix_(at_y, at_x)] = m
+        # Strips and changes are summed beside the look-up, and their time counts with it.
         missed = Remainder()
-        with record.stage("HC"):
-            for axis, other, place in (
-                (soft_x, axis_y, (np.arange(len(axis_y.nodes)), at_soft_x)),
-                (smooth_x, soft_y, (at_soft_y, at_x)),
+        with record.stage("RMC"):
+            works: list[Steps[Summed]] = []
+            places: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = []
+            if len(at_x) and len(at_y):
+                works.append(self._carried(pose, reference, smooth_x.nodes, smooth_y.nodes))
+                places.append((at_y, at_x))
+            for cloud, axis, other, place in (
+                (thing.cloud, soft_x, axis_y, (np.arange(len(axis_y.nodes)), at_soft_x)),
+                (thing.cloud, smooth_x, soft_y, (at_soft_y, at_x)),
+                (changed, smooth_x, smooth_y, (at_y, at_x)),
             ):
-                if len(axis.nodes) and len(other.nodes):
+                if len(cloud) and len(axis.nodes) and len(other.nodes):
                     axes = axis, other
-                    real, imag, missed = self._sum(thing.cloud, axes, reference, shared, aim)
-                    baseband[np.ix_(*place)] = real + 1j * imag
+                    works.append(sum_steps(cloud, axes, reference, self._plane, aim, series=shared))
+                    places.append(place)
+            for (real, imag, left), (rows, columns) in zip(
+                finished(side_by_side(works)), places, strict=True
+            ):
+                baseband.real[np.ix_(rows, columns)] += real
+                baseband.imag[np.ix_(rows, columns)] += imag
+                if columns is at_soft_x or rows is at_soft_y:
+                    missed = left
         factor = Factor(
             axis_x, axis_y, reference, np.ascontiguousarray(baseband.real),
             np.ascontiguousarray(baseband.imag),
@@ -241,15 +237,23 @@ class Group:
         record.point_pixels += changed * pixels + len(thing.cloud) * self._count.soft
         record.blank_share = max(record.blank_share, self._count.soft / pixels)
 
-    def _sum(
-        self,
-        cloud: PointCloud,
-        axes: Axes,
-        reference: Reference,
-        series: Series | None,
-        aim: float,
-    ) -> Summed:
-        return finished(sum_steps(cloud, axes, reference, self._plane, aim, series=series))
+    def _carried(self, pose: Pose, reference: Reference, x: Floats, y: Floats) -> Steps[Summed]:
+        """The sphere's light at nodes x, y over the reference wave, in one piece."""
+        made: list[NDArray[np.complex64]] = []
+
+        def look_up() -> None:
+            centre = pose.apply(self._middle[None])[0]
+            cx, cy, _ = centre.tolist()
+            m = self._sphere.look_up(self._axes @ pose.rotation.T, centre, x, y)
+            wavelength = self._plane.wavelength
+            wave = reference.residual(x - cx, y[:, None] - cy, centre[2:], wavelength)
+            start = float(reference.start(centre[2:], wavelength)[0])
+            wave *= np.exp(2j * np.pi * start) * float(reference.modulus(centre[2:])[0])
+            m *= wave.astype(np.complex64)
+            made.append(m)
+
+        yield [look_up]
+        return made[0].real, made[0].imag, Remainder()
 
     def _signed(
         self, appeared: NDArray[np.intp], vanished: NDArray[np.intp], points: PointCloud
