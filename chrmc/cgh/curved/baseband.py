@@ -40,6 +40,7 @@ _BEHIND = 60.0  # in panels whose targets are nodes
 _LEAF_SHARE = 0.7  # of the tolerance, for sub-clusters
 _NODE_SHARE, _SERIES_SHARE = 0.45, 0.6  # of the tolerance, for interpolation and the series
 _COARSE_SHARE = 0.3  # for the interpolation of the small terms
+_EDGE_SHARE = 0.45  # of that, where footprints end
 _SMALL = 0.08  # a level's terms against those of the level before
 
 _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for it
@@ -54,13 +55,26 @@ Axes = tuple[Axis, Axis]
 
 
 def _needs(
-    cloud: PointCloud, reference: Reference, plane: Plane, tolerance: float, panel: float
+    cloud: PointCloud,
+    reference: Reference,
+    plane: Plane,
+    tolerance: float,
+    panel: float,
+    edge_share: float = 1.0,
 ) -> tuple[Needs, Needs]:
     box = clusters.bounding_box(cloud.positions)
     extents = clusters.extents(box, reference, plane)
     lit = clusters.lit(box, plane)
     first, second = (
-        Needs(extents[axis], plane.wavelength, plane.reach[axis], tolerance, lit[axis], panel)
+        Needs(
+            extents[axis],
+            plane.wavelength,
+            plane.reach[axis],
+            tolerance,
+            lit[axis],
+            panel,
+            edge_share,
+        )
         for axis in range(2)
     )
     return first, second
@@ -83,11 +97,16 @@ def cluster_axes(
 
 
 def _axes_behind(
-    axes: Axes, cloud: PointCloud, reference: Reference, plane: Plane, tolerance: float
+    axes: Axes,
+    cloud: PointCloud,
+    reference: Reference,
+    plane: Plane,
+    tolerance: float,
+    edge_share: float = 1.0,
 ) -> Axes:
     """Nodes from which the values at other nodes are read."""
     x, y, z = cloud.positions.T
-    along_x, along_y = _needs(cloud, reference, plane, tolerance, _BEHIND)
+    along_x, along_y = _needs(cloud, reference, plane, tolerance, _BEHIND, edge_share)
     return axis_behind(axes[0], x, z, along_x), axis_behind(axes[1], y, z, along_y)
 
 
@@ -211,7 +230,8 @@ def _levels(
         if not clusters.coarse_pays(len(cloud), size, size[0] * size[1] * 2 // 3, more):
             continue
         wanted = min(_COARSE_SHARE * tolerance / left, 0.1)
-        coarse = _axes_behind(axes, cloud, reference, plane, wanted)
+        # The series' small terms are largest far out, where footprints end.
+        coarse = _axes_behind(axes, cloud, reference, plane, wanted, _EDGE_SHARE)
         pixels = len(coarse[0].nodes) * len(coarse[1].nodes)
         if clusters.coarse_pays(len(cloud), size, pixels, more):
             levels.append(Level(*held, slice(first, cut), _precision(aim)))

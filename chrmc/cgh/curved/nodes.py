@@ -191,6 +191,7 @@ class Needs:
     tolerance : rms error of interpolation, of the light
     lit : metres of the axis that the light falls on
     panel : spacings of nodes that a panel should have, about
+    edge_share : of the tolerance, where footprints end
     """
 
     extent: Extent
@@ -199,6 +200,7 @@ class Needs:
     tolerance: float
     lit: float
     panel: float
+    edge_share: float = 1.0
 
 
 def make_axis(line: Line, x: Floats, z: Floats, needs: Needs) -> Axis:
@@ -300,11 +302,12 @@ def _edge_run(line: Line, needs: Needs, edge: tuple[float, float, float]) -> Axi
     ends = line.first, line.first + step * (count - 1) / 2, line.first + step * (count - 1)
     nyquist = 2 * local_frequency(ends, needs.extent, needs.wavelength) * step
     width, lit = edge[0] / step, needs.lit / step
-    grid = edge_grid(count, nyquist, width, lit, needs.tolerance, needs.panel)
+    tolerance = needs.tolerance * needs.edge_share
+    grid = edge_grid(count, nyquist, width, lit, tolerance, needs.panel)
     if grid is None:
         return _same(line.places, line, True)
     return _even_run(
-        line, grid, lambda targets: edge_matrix(grid, targets, nyquist, width, needs.tolerance),
+        line, grid, lambda targets: edge_matrix(grid, targets, nyquist, width, tolerance),
         edge[1:],
     )  # fmt: skip
 

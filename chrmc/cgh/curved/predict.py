@@ -70,11 +70,12 @@ def axis_powers(
         nothing = np.zeros(len(wave(axis.nodes[:0])))
         return nothing, nothing
     at_nodes = wave(np.concatenate([axis.nodes[panel.nodes] for panel, _, _ in chosen]))
+    at_least = 120 // len(at_nodes)  # the edge of a single point is easily missed
     picks, guesses, shares = [], [], []
     start = 0
     for number, (panel, tapered, share) in enumerate(chosen):
         # Other places in each panel, the error being small near its nodes.
-        n = min(max(_TARGETS, 16 // len(chosen)), panel.target_count)
+        n = min(max(_TARGETS, 16 // len(chosen), at_least), panel.target_count)
         shift = 0.618 * (number + 1) % 1
         index = ((np.arange(n) + shift) / n * panel.target_count).astype(np.intp)
         index = np.minimum(index, panel.target_count - 1)
