@@ -15,9 +15,9 @@ from chrmc.cgh.curved.assembly import (
     Factor,
     Floats,
     add_field,
-    add_signals,
     phasor,
     reference_cycles,
+    sum_signals,
 )
 from chrmc.cgh.curved.baseband import factor_steps
 from chrmc.cgh.curved.clusters import Plane
@@ -164,12 +164,10 @@ def signal_of(
     carrier: float,
     base: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
-    """(H, W) float32 Re(field·exp(+2πi·carrier·y)) from factors, on top of a copy of `base`."""
+    """(H, W) float32 Re(field·exp(+2πi·carrier·y)) from factors, plus `base`."""
     x, y = slm.x(window.columns), slm.y(window.rows)
-    out = np.zeros(window.shape, dtype=np.float32) if base is None else base.copy()
     phases = [_reference_waves(part, x, y, wavelength, carrier) for part in parts]
-    add_signals(out, parts, phases, empty=base is None)
-    return out
+    return sum_signals(window.shape, parts, phases, base)
 
 
 def field(

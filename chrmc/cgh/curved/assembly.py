@@ -128,17 +128,17 @@ class _Share:
         return block
 
 
-def add_signals(
-    out: Singles,
+def sum_signals(
+    shape: tuple[int, int],
     factors: Sequence[Factor],
     phases: Sequence[tuple[Phase, Phase]],
-    empty: bool = False,
-) -> None:
-    """Add Re(Σ A_y·M·A_x) to `out`, factors side by side in one product for each run of rows.
+    base: Singles | None = None,
+) -> Singles:
+    """Re(Σ A_y·M·A_x) + base, factors side by side in one product for each run of rows.
 
     phases : what is put on each factor along x and along y
-    empty : `out` holds zeros
     """
+    out = np.empty(shape, dtype=np.float32)
     pieces: Pieces = []
     shares: list[_Share] = []
     for factor, (x, y) in zip(factors, phases, strict=True):
@@ -151,12 +151,13 @@ def add_signals(
         ]
     spread(lambda piece: piece(), pieces)
     ends = {end for s in shares for end in (s.panel.targets.start, s.panel.targets.stop)}
-    runs = [slice(*run) for run in pairwise(sorted(ends))]
-    spread(lambda rows: _put(out, rows, shares, empty), runs)
+    runs = [slice(*run) for run in pairwise(sorted(ends | {0, shape[0]}))]
+    spread(lambda rows: _put(out, rows, shares, base), runs)
+    return out
 
 
-def _put(out: Singles, rows: slice, shares: Sequence[_Share], empty: bool) -> None:
-    """Add to some rows what each factor gives to them."""
+def _put(out: Singles, rows: slice, shares: Sequence[_Share], base: Singles | None) -> None:
+    """What each factor gives to some rows, and the base."""
     products: dict[tuple[int, int], list[_Share]] = {}
     others: list[_Share] = []
     for share in shares:
@@ -167,17 +168,20 @@ def _put(out: Singles, rows: slice, shares: Sequence[_Share], empty: bool) -> No
                 others.append(part)
             else:
                 products.setdefault((share.columns.start, share.columns.stop), []).append(part)
-    for columns, several in products.items():
+    whole = (0, out.shape[1])
+    if whole not in products:
+        out[rows] = 0 if base is None else base[rows]
+    for columns, several in sorted(products.items(), key=lambda item: item[0] != whole):
         left, right = several[0].left(), several[0].right()
         if len(several) > 1:
             left = np.concatenate([share.left() for share in several], axis=1)
             right = np.concatenate([share.right() for share in several])
-        place = out[rows, slice(*columns)]
-        if empty:
-            np.matmul(left, right, out=place)
-            empty = False
+        if columns == whole:
+            np.matmul(left, right, out=out[rows])
+            if base is not None:
+                out[rows] += base[rows]
         else:
-            place += left @ right
+            out[rows, slice(*columns)] += left @ right
     for share in others:
         out[rows, share.columns] += share.own()
 
