@@ -187,7 +187,7 @@ def _put(out: Singles, rows: slice, shares: Sequence[_Share], base: Singles | No
 
 
 def add_field(
-    out: NDArray[np.complex64],
+    out: NDArray[np.complexfloating],
     factor: Factor,
     x: tuple[Floats, Floats],
     y: tuple[Floats, Floats],

@@ -280,7 +280,10 @@ def _from_leaves(
 ) -> Summed:
     """Baseband at a cluster's nodes, summed over sub-clusters' own few nodes."""
     x, y = axes[0].nodes, axes[1].nodes
-    total = np.zeros((len(y), len(x)), dtype=np.complex64)
+    # Hundreds of sub-clusters add their rounding up.
+    total = np.zeros(
+        (len(y), len(x)), dtype=np.complex64 if tolerance >= _SINGLE else np.complex128
+    )
     own_x = reference_cycles(x, reference.x, reference.z_x, plane.wavelength)
     own_y = reference_cycles(y, reference.y, reference.z_y, plane.wavelength)
     share = _LEAF_SHARE * tolerance

@@ -70,7 +70,7 @@ class Series:
         """
         counts = [n for _, _, n in self.grid]
         # Between the grid's own places, where its interpolation shows too.
-        u, v = (np.cos(pi * (np.arange(n - 1) + 1) / n) if n > 1 else np.zeros(1) for n in counts)
+        u, v = (chebyshev(n + 2) for n in counts)
         (x_low, x_high, _), (y_low, y_high, _) = self.grid
         x = (x_low + x_high) / 2 + (x_high - x_low) / 2 * u
         y = ((y_low + y_high) / 2 + (y_high - y_low) / 2 * v)[:, None]
