@@ -82,7 +82,7 @@ class Optics:
     def pixels(self, points: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Rows and columns where errors are measured: fewer pixels for more points."""
         random = np.random.default_rng(0)
-        count = max(32, min(512, 8_000_000 // max(points, 1)))
+        count = max(160, min(512, 8_000_000 // max(points, 1)))
         return (
             random.integers(0, self.slm.height, count),
             random.integers(0, self.slm.width, count),
