@@ -77,6 +77,14 @@ def test_on_an_arc(
     assert relative_error(carried[window.slices], truth[window.slices]) < 0.05
 
 
+@pytest.mark.parametrize(("columns", "rows"), [(0, 10), (-7, 0), (12, -5), (1, 1)])
+def test_translation_by_whole_pixels_is_exact_to_the_edge(columns: int, rows: int) -> None:
+    passband = coding_for("real", PANEL).passband
+    step = Translation((columns * PANEL.pixel_pitch, rows * PANEL.pixel_pitch, 0.0))
+    carried, truth, window = step_of(body((0.0, 0.0, DEPTH), 0, count=10), step, PANEL, passband)
+    assert relative_error(carried[window.slices], truth[window.slices]) < 2e-6
+
+
 @given(st.floats(-3e-4, 3e-4), st.floats(-2e-4, 2e-4), st.floats(-4e-4, 4e-4), st.integers(0, 99))
 @settings(max_examples=8, deadline=None)
 def test_translation_is_exact(x: float, y: float, z: float, seed: int) -> None:
