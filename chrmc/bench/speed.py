@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 import chrmc
 from chrmc.cgh import curved
+from chrmc.cgh.curved.assembly import row_runs
 from chrmc.cgh.curved.parallel import spread
 from chrmc.coding import Coding, coding_for
 from chrmc.footprint import reach
@@ -266,11 +267,16 @@ def product_rate(cloud: PointCloud, slm: SLM, wavelength: float, rounds: int = 1
     shapes = []
     for factor in made.factors:
         ny = 2 * factor.real.shape[0]
-        columns = sum(panel.target_count for panel in factor.axis_x.panels)
         for panel in factor.axis_x.panels:
             shapes.append((ny, 2 * panel.node_count, panel.target_count))
-        for panel in factor.axis_y.panels:
-            shapes.append((panel.target_count, 2 * panel.node_count, columns))
+    # Factors that cover the same columns stand side by side in the products of a run of rows.
+    for rows, covering in row_runs(made.factors, slm.height):
+        deep: dict[int, int] = {}
+        for number, panel in covering:
+            across = made.factors[number].axis_x.targets
+            columns = across.stop - across.start
+            deep[columns] = deep.get(columns, 0) + 2 * panel.node_count
+        shapes += [(rows.stop - rows.start, k, columns) for columns, k in deep.items()]
     work = [
         (random.random((m, k), dtype=np.float32), random.random((k, n), dtype=np.float32),
          np.empty((m, n), dtype=np.float32))

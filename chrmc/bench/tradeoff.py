@@ -268,15 +268,9 @@ def _told(options: Mapping[str, Any]) -> str:
 def _run(job: _Job, cloud: PointCloud, optics: Optics) -> NDArray[np.complex64]:
     """One timed run, and what the method itself expects of it where it says so."""
     expected: list[float] = []
-    made = None
+    method = _telling(expected) if job.method == "curved" else job.method
     start = time.perf_counter()
-    if job.method == "curved":
-        try:
-            made = optics.field(cloud, _telling(expected), job.options)
-        except ValueError:  # no low-rank form is good enough: the method may have another way
-            start = time.perf_counter()
-    if made is None:
-        made = optics.field(cloud, job.method, job.options)
+    made = optics.field(cloud, method, job.options)
     job.entry.seconds.append(time.perf_counter() - start)
     if expected:
         job.entry.predicted = max(job.entry.predicted or 0.0, expected[0])
@@ -295,11 +289,12 @@ def _telling(expected: list[float]) -> Method:
         *,
         tolerance: float = 1e-3,
     ) -> NDArray[np.complex64]:
-        if len(cloud) * window.size <= curved.SMALL:
-            return curved.field(cloud, slm, wavelength, window, passband, tolerance=tolerance)
-        made = curved.low_rank(cloud, slm, wavelength, window, passband, tolerance=tolerance)
-        expected.append(made.error_predicted)
-        return curved.field_of(made.factors, slm, wavelength, window)
+        made, error = curved.field_and_error(
+            cloud, slm, wavelength, window, passband, tolerance=tolerance
+        )
+        if error is not None:
+            expected.append(error)
+        return made
 
     return field
 

@@ -186,11 +186,24 @@ def field(
 
     Returns complex64 (H, W), Σ w·a/r·exp(i(kr + φ)).
     """
+    return field_and_error(cloud, slm, wavelength, window, passband, tolerance=tolerance)[0]
+
+
+def field_and_error(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    passband: Passband,
+    *,
+    tolerance: float = 1e-3,
+) -> tuple[NDArray[np.complex64], float | None]:
+    """`field`, and the relative L2 error expected of it; None where it is the exact sum."""
     check_tolerance(tolerance)
     made = _low_rank_or_none(cloud, slm, wavelength, window, passband, tolerance)
     if made is None:
-        return _direct(cloud, slm, wavelength, window, passband).astype(np.complex64)
-    return field_of(made.factors, slm, wavelength, window)
+        return _direct(cloud, slm, wavelength, window, passband).astype(np.complex64), None
+    return field_of(made.factors, slm, wavelength, window), made.error_predicted
 
 
 def signal(

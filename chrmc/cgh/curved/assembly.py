@@ -4,8 +4,8 @@ A_x and A_y hold the interpolation from the nodes and the phase of the reference
 holds the carrier, so that Re(field·carrier) comes out as float32 without a complex field.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from math import pi
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.nodes import Axis, Panel
-from chrmc.cgh.curved.parallel import spread
+from chrmc.cgh.curved.parallel import Pieces, run_all, spread
 from chrmc.cgh.curved.wave import Reference
 
 Floats = NDArray[np.float64]
@@ -52,7 +52,14 @@ def phasor(cycles: Floats) -> tuple[Floats, Floats]:
 
 Phase = tuple[Floats, Floats]
 """cos and sin of what is put on along an axis, over all targets."""
-Pieces = list[Callable[[], None]]
+
+
+def _interleaved(matrix: Floats, cos: Floats, sin: Floats) -> Singles:
+    """matrix·cos and matrix·sin, column by column in turn: (targets, 2·nodes)."""
+    out = np.empty((*matrix.shape, 2), dtype=np.float32)
+    np.multiply(matrix, cos, out=out[:, :, 0], casting="same_kind")
+    np.multiply(matrix, sin, out=out[:, :, 1], casting="same_kind")
+    return out.reshape(len(matrix), -1)
 
 
 def expand_columns(factor: Factor, x: Phase) -> tuple[Singles, Pieces]:
@@ -109,11 +116,7 @@ class _Share:
         """(rows, 2·nodes) of A_y for the real part."""
         assert self.panel.matrix is not None
         cos, sin = self.phase()
-        matrix = self.panel.matrix[self.rows]
-        out = np.empty((*matrix.shape, 2), dtype=np.float32)
-        np.multiply(matrix, cos, out=out[:, :, 0], casting="same_kind")
-        np.multiply(matrix, -sin, out=out[:, :, 1], casting="same_kind")
-        return out.reshape(len(matrix), -1)
+        return _interleaved(self.panel.matrix[self.rows], cos, -sin)
 
     def right(self) -> Singles:
         """(2·nodes, columns) of the expanded rows."""
@@ -128,6 +131,25 @@ class _Share:
         return block
 
 
+def row_runs(factors: Sequence[Factor], height: int) -> list[tuple[slice, list[tuple[int, Panel]]]]:
+    """Runs of rows within which the panels are the same: numbers of factors and their panels."""
+    panels = [(number, panel) for number, f in enumerate(factors) for panel in f.axis_y.panels]
+    ends = {0, height}
+    for _, panel in panels:
+        ends |= {panel.targets.start, panel.targets.stop}
+    return [
+        (
+            slice(start, stop),
+            [
+                (number, panel)
+                for number, panel in panels
+                if panel.targets.start <= start and stop <= panel.targets.stop
+            ],
+        )
+        for start, stop in pairwise(sorted(ends))
+    ]
+
+
 def sum_signals(
     shape: tuple[int, int],
     factors: Sequence[Factor],
@@ -139,20 +161,20 @@ def sum_signals(
     phases : what is put on each factor along x and along y
     """
     out = np.empty(shape, dtype=np.float32)
-    pieces: Pieces = []
-    shares: list[_Share] = []
-    for factor, (x, y) in zip(factors, phases, strict=True):
-        wide, its = expand_columns(factor, x)
-        pieces += its
-        columns = factor.axis_x.targets
-        shares += [
-            _Share(panel, slice(0, panel.target_count), wide, columns, y)
-            for panel in factor.axis_y.panels
-        ]
-    spread(lambda piece: piece(), pieces)
-    ends = {end for s in shares for end in (s.panel.targets.start, s.panel.targets.stop)}
-    runs = [slice(*run) for run in pairwise(sorted(ends | {0, shape[0]}))]
-    spread(lambda rows: _put(out, rows, shares, base), runs)
+    expanded = [expand_columns(factor, x) for factor, (x, _) in zip(factors, phases, strict=True)]
+    run_all([piece for _, pieces in expanded for piece in pieces])
+
+    def put(run: tuple[slice, list[tuple[int, Panel]]]) -> None:
+        rows, covering = run
+        shares = []
+        for number, panel in covering:
+            first = panel.targets.start
+            part = slice(rows.start - first, rows.stop - first)
+            columns = factors[number].axis_x.targets
+            shares.append(_Share(panel, part, expanded[number][0], columns, phases[number][1]))
+        _put(out, rows, shares, base)
+
+    spread(put, row_runs(factors, shape[0]))
     return out
 
 
@@ -161,13 +183,10 @@ def _put(out: Singles, rows: slice, shares: Sequence[_Share], base: Singles | No
     products: dict[tuple[int, int], list[_Share]] = {}
     others: list[_Share] = []
     for share in shares:
-        first = share.panel.targets.start
-        if first <= rows.start and rows.stop <= share.panel.targets.stop:
-            part = replace(share, rows=slice(rows.start - first, rows.stop - first))
-            if share.panel.matrix is None:
-                others.append(part)
-            else:
-                products.setdefault((share.columns.start, share.columns.stop), []).append(part)
+        if share.panel.matrix is None:
+            others.append(share)
+        else:
+            products.setdefault((share.columns.start, share.columns.stop), []).append(share)
     whole = (0, out.shape[1])
     if whole not in products:
         out[rows] = 0 if base is None else base[rows]
@@ -189,13 +208,13 @@ def _put(out: Singles, rows: slice, shares: Sequence[_Share], base: Singles | No
 def add_field(
     out: NDArray[np.complexfloating],
     factor: Factor,
-    x: tuple[Floats, Floats],
-    y: tuple[Floats, Floats],
+    x: Phase,
+    y: Phase,
     add: bool,
 ) -> None:
     """Put (or add) A_y·M·A_x on the targets of `out`."""
     wide, pieces = expand_columns(factor, x)
-    spread(lambda piece: piece(), pieces)
+    run_all(pieces)
     columns = factor.axis_x.targets
 
     def put(panel: Panel) -> None:
@@ -210,13 +229,9 @@ def add_field(
         if panel.matrix is None:
             block = rows[:, 0] * cos.astype(np.float32) + rows[:, 1] * sin.astype(np.float32)
         else:
-            left = np.empty((panel.target_count, n, 2), dtype=np.float32)
-            np.multiply(panel.matrix, cos, out=left[:, :, 0], casting="same_kind")
-            np.multiply(panel.matrix, sin, out=left[:, :, 1], casting="same_kind")
             # The interleaved real and imaginary columns are plain columns to sgemm.
-            block = (
-                left.reshape(panel.target_count, -1) @ rows.reshape(2 * n, -1).view(np.float32)
-            ).view(np.complex64)
+            left = _interleaved(panel.matrix, cos, sin)
+            block = (left @ rows.reshape(2 * n, -1).view(np.float32)).view(np.complex64)
         if add:
             place += block
         else:

@@ -16,7 +16,7 @@ from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.assembly import Factor, add_field, phasor, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Line, Needs, axis_behind, make_axis
-from chrmc.cgh.curved.parallel import Steps, finished, spread
+from chrmc.cgh.curved.parallel import Pieces, Steps, finished, spread
 from chrmc.cgh.curved.predict import Budget, expected_error, light_of
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.tables import (
@@ -59,7 +59,7 @@ def _needs(
     reference: Reference,
     plane: Plane,
     tolerance: float,
-    panel: float,
+    panels: tuple[float, float],
     edge_share: float = 1.0,
 ) -> tuple[Needs, Needs]:
     box = clusters.bounding_box(cloud.positions)
@@ -72,7 +72,7 @@ def _needs(
             plane.reach[axis],
             tolerance,
             lit[axis],
-            panel,
+            panels[axis],
             edge_share,
         )
         for axis in range(2)
@@ -89,11 +89,8 @@ def cluster_axes(
 ) -> Axes:
     """Nodes and panels along x and y for one cluster's pixels."""
     x, y, z = cloud.positions.T
-    share = tolerance * _NODE_SHARE
-    return (
-        make_axis(targets[0], x, z, _needs(cloud, reference, plane, share, PANEL_X)[0]),
-        make_axis(targets[1], y, z, _needs(cloud, reference, plane, share, PANEL_Y)[1]),
-    )
+    along_x, along_y = _needs(cloud, reference, plane, tolerance * _NODE_SHARE, (PANEL_X, PANEL_Y))
+    return make_axis(targets[0], x, z, along_x), make_axis(targets[1], y, z, along_y)
 
 
 def _axes_behind(
@@ -106,7 +103,7 @@ def _axes_behind(
 ) -> Axes:
     """Nodes from which the values at other nodes are read."""
     x, y, z = cloud.positions.T
-    along_x, along_y = _needs(cloud, reference, plane, tolerance, _BEHIND, edge_share)
+    along_x, along_y = _needs(cloud, reference, plane, tolerance, (_BEHIND, _BEHIND), edge_share)
     return axis_behind(axes[0], x, z, along_x), axis_behind(axes[1], y, z, along_y)
 
 
@@ -260,7 +257,7 @@ def _series_steps(
     reference: Reference,
     plane: Plane,
     tolerance: float,
-    others: list[Callable[[], None]],
+    others: Pieces,
 ) -> Steps[Series | None]:
     made: list[Series | None] = []
 

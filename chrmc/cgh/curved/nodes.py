@@ -102,6 +102,10 @@ class Axis:
         """Lowest and highest node."""
         return float(self.nodes.min()), float(self.nodes.max())
 
+    def panels_of(self, run: Run) -> list[Panel]:
+        """The panels that read from a run, in order."""
+        return [p for p in self.panels if run.nodes.start <= p.nodes.start < run.nodes.stop]
+
     def weights(self, x: Floats, z: Floats, reach: float) -> Floats:
         """(N, n) soft footprint of points at x, z in the nodes' values."""
         out = np.ones((len(x), len(self.nodes)))

@@ -1,7 +1,7 @@
 """Many small matrix products on several cores: one task a core, one BLAS thread a task.
 
 Products of a millisecond spend more time waiting for each other's threads than computing, and
-BLAS threads that have nothing to do spin for some 20 ms on the core that other work needs. So
+BLAS threads that have nothing to do spin for some 0.1 s on the core that other work needs. So
 BLAS stays at one thread here, and whole tasks run side by side.
 """
 
@@ -85,7 +85,16 @@ def spread(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
     return done
 
 
-Steps = Generator[list[Callable[[], None]], None, T]
+Pieces = list[Callable[[], None]]
+"""Work that may be done in any order, or side by side."""
+
+
+def run_all(pieces: Pieces) -> None:
+    """Do all pieces, spread over the cores."""
+    spread(lambda piece: piece(), pieces)
+
+
+Steps = Generator[Pieces, None, T]
 """Work in steps: each yields pieces that may run side by side; what it returns is the result."""
 
 
@@ -94,7 +103,7 @@ def side_by_side(works: Sequence[Steps[T]]) -> Steps[list[T]]:
     results: dict[int, T] = {}
     running = dict(enumerate(works))
     while running:
-        pieces: list[Callable[[], None]] = []
+        pieces: Pieces = []
         for number, work in list(running.items()):
             try:
                 pieces += next(work)
@@ -114,7 +123,7 @@ def finished(work: Steps[T]) -> T:
         except StopIteration as end:
             result: T = end.value
             return result
-        spread(lambda piece: piece(), pieces)
+        run_all(pieces)
 
 
 def alone(function: F) -> F:

@@ -62,7 +62,7 @@ def axis_powers(
     # Panels of a run are alike: three of them stand for all.
     chosen: list[tuple[Panel, bool, float]] = []
     for run in axis.runs:
-        own = [p for p in axis.panels if run.nodes.start <= p.nodes.start < run.nodes.stop]
+        own = axis.panels_of(run)
         few = [own[i] for i in sorted({0, len(own) // 2, len(own) - 1})] if own else []
         share = sum(p.target_count for p in own) / max(1, sum(p.target_count for p in few))
         chosen += [(panel, run.tapered, share) for panel in few]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.nodes import Axis, Run
-from chrmc.cgh.curved.parallel import Steps, finished, side_by_side
+from chrmc.cgh.curved.parallel import Pieces, Steps, finished, side_by_side
 from chrmc.cgh.curved.series import OnNodes, Series
 from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phase_table, phasors
 from chrmc.footprint import SOFT_SHARE
@@ -159,9 +159,6 @@ class Level:
     precision: type[np.floating]
 
 
-Pieces = list[Callable[[], None]]
-
-
 @dataclass(eq=False)
 class Tables:
     """Of points' separable phases along x, (N, n_x), and along y, (N, n_y)."""
@@ -187,9 +184,8 @@ def table_pieces(
         values, matrix = product
 
         def cycles(block: slice) -> Floats:
-            out: Floats = values[block] @ matrix if matrix is not None else values[block].copy()
-            out += start[block, None]
-            return out
+            some = values[block] if matrix is None else values[block] @ matrix
+            return np.asarray(some + start[block, None], dtype=np.float64)
 
         def weigh(block: slice, cos: Reals, sin: Reals) -> None:
             for run in axis.runs:

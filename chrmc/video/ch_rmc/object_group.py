@@ -62,13 +62,10 @@ class _Plan:
             places = line.places
             for run in axis.runs:
                 if not run.tapered:
-                    of = [
-                        p.targets
-                        for p in axis.panels
-                        if run.nodes.start <= p.nodes.start < run.nodes.stop
-                    ]
+                    panels = axis.panels_of(run)
                     nodes = axis.nodes[run.nodes]
-                    first, last = places[of[0].start], places[of[-1].stop - 1]
+                    first = places[panels[0].targets.start]
+                    last = places[panels[-1].targets.stop - 1]
                     far = max(far, first - nodes.min(), nodes.max() - last)
             out.append(1.3 * float(far) + line.step)
         return out[0], out[1]
@@ -99,8 +96,8 @@ class Group:
         own = positions - self._middle
         self._axes = thing.pose.rotation
         self._size = float(np.linalg.norm(own, axis=1).max())
-        self._plan = self._planned(thing, tolerance)
-        self._beyond = self._plan.beyond(targets)
+        self._plan: _Plan | None = None
+        self._beyond = self._planned(thing, tolerance).beyond(targets)
         poses = self._within_reach([thing.pose, *ahead])
         self._axes = _mean_rotation([pose.rotation for pose in poses])
         views = [self._view(pose) for pose in poses]
@@ -131,20 +128,24 @@ class Group:
         """A frame's directions and ranges, at the nodes of a tolerance, are on the sphere."""
         if thing.body is not self._body or thing.pose is None:
             return False
-        self._plan = self._planned(thing, aim)
-        spans = self._plan.spans
+        spans = self._planned(thing, aim).spans
         return spans is None or self._sphere.view.covers(self._seen(thing.pose, spans))
 
-    def _planned(self, thing: ObjectFrame, aim: float) -> "_Plan":
+    def _centre(self, pose: Pose) -> Floats:
+        """(3,) the object's centre in the world."""
+        return pose.apply(self._middle[None])[0]
+
+    def _planned(self, thing: ObjectFrame, aim: float) -> _Plan:
         """A frame's reference wave and nodes, as it was planned last if that was the same."""
         assert thing.pose is not None
-        plan = getattr(self, "_plan", None)
+        plan = self._plan
         if plan is not None and plan.thing is thing and plan.aim == aim:
             return plan
-        cx, cy, cz = thing.pose.apply(self._middle[None])[0].tolist()
+        cx, cy, cz = self._centre(thing.pose).tolist()
         reference = reference_at((cx, cy, cz), bounding_box(thing.cloud.positions), self._plane)
         axes = cluster_axes(thing.cloud, reference, self._targets, self._plane, aim)
-        return _Plan(thing, aim, reference, axes)
+        self._plan = _Plan(thing, aim, reference, axes)
+        return self._plan
 
     def changes(self, thing: ObjectFrame) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Ids that appeared and that vanished, against what the sphere holds."""
@@ -169,8 +170,8 @@ class Group:
                 self._held[appeared], self._held[vanished] = True, False
                 appeared = vanished = np.zeros(0, dtype=np.intp)
         with record.stage("PA"):
-            self._plan = self._planned(thing, aim)
-            reference, (axis_x, axis_y) = self._plan.reference, self._plan.axes
+            plan = self._planned(thing, aim)
+            reference, (axis_x, axis_y) = plan.reference, plan.axes
             smooth_x, at_x = part_of(axis_x, False)
             smooth_y, at_y = part_of(axis_y, False)
             soft_x, at_soft_x = part_of(axis_x, True)
@@ -242,7 +243,7 @@ class Group:
         made: list[NDArray[np.complex64]] = []
 
         def look_up() -> None:
-            centre = pose.apply(self._middle[None])[0]
+            centre = self._centre(pose)
             cx, cy, _ = centre.tolist()
             m = self._sphere.look_up(self._axes @ pose.rotation.T, centre, x, y)
             wavelength = self._plane.wavelength
@@ -265,7 +266,7 @@ class Group:
 
     def _view(self, pose: Pose) -> View:
         """Directions and ranges in which the hologram is seen in a frame to come, about."""
-        centre = pose.apply(self._middle[None])[0]
+        centre = self._centre(pose)
         spans = []
         for axis, (low, high, _) in enumerate((self._plane.x, self._plane.y)):
             far = (1 - SOFT_SHARE) * (centre[2] + self._size) * self._plane.reach[axis]
@@ -277,7 +278,7 @@ class Group:
 
     def _seen(self, pose: Pose, spans: tuple[Span, Span]) -> View:
         """Directions and ranges in which a rectangle of the hologram is seen in one frame."""
-        centre = pose.apply(self._middle[None])[0]
+        centre = self._centre(pose)
         turn = self._axes @ pose.rotation.T
         sides = [
             np.linspace(*span, 7) - middle for span, middle in zip(spans, centre, strict=False)

@@ -5,8 +5,7 @@ import pytest
 
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
-from chrmc.cgh.curved import chebyshev as nodes
-from chrmc.cgh.curved import parallel, series, tables, wave
+from chrmc.cgh.curved import chebyshev, parallel, series, tables, wave
 from chrmc.cgh.curved.clusters import bounding_box
 from chrmc.cgh.curved.nodes import Axis
 from chrmc.coding import coding_for
@@ -23,13 +22,13 @@ LC_QUARTER = SLM("quarter", 480, 300, 16e-6)
 def test_node_count_gives_the_error_asked_for_and_not_much_less(
     kappa: float, tolerance: float
 ) -> None:
-    count = nodes.node_count(kappa, tolerance)
+    count = chebyshev.node_count(kappa, tolerance)
     u = np.linspace(-1, 1, 1001)
     frequencies = np.linspace(-1, 1, 41) * kappa
 
     def rms(n: int) -> float:
-        values = np.exp(1j * np.outer(nodes.chebyshev(n), frequencies))
-        missed = nodes.interpolation(n, u) @ values - np.exp(1j * np.outer(u, frequencies))
+        values = np.exp(1j * np.outer(chebyshev.chebyshev(n), frequencies))
+        missed = chebyshev.interpolation(n, u) @ values - np.exp(1j * np.outer(u, frequencies))
         return float(np.sqrt(np.mean(np.abs(missed) ** 2)))
 
     assert rms(count) <= 1.4 * tolerance
@@ -38,11 +37,11 @@ def test_node_count_gives_the_error_asked_for_and_not_much_less(
 
 
 def test_interpolation_is_exact_for_polynomials_and_at_the_nodes() -> None:
-    targets = np.concatenate([np.linspace(-1, 1, 33), nodes.chebyshev(9)])
-    matrix = nodes.interpolation(9, targets)
+    targets = np.concatenate([np.linspace(-1, 1, 33), chebyshev.chebyshev(9)])
+    matrix = chebyshev.interpolation(9, targets)
     for degree in range(9):
         np.testing.assert_allclose(
-            matrix @ nodes.chebyshev(9) ** degree, targets**degree, atol=1e-14
+            matrix @ chebyshev.chebyshev(9) ** degree, targets**degree, atol=1e-14
         )
 
 
