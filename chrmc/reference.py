@@ -7,8 +7,8 @@ Slow and plain on purpose.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chrmc.coding import UNLIMITED, Passband, full_band
-from chrmc.footprint import check_showable, reach, taper
+from chrmc.optics.footprint import check_showable, reach, taper
+from chrmc.optics.passband import UNLIMITED, Passband, full_band
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 
@@ -38,7 +38,7 @@ def reference_field(
     cloud : points, z > 0
     wavelength : metres
     rows, columns : index arrays, default all
-    footprint : "soft" as in `chrmc.footprint`, or None for bare spherical waves
+    footprint : "soft" as in `chrmc.optics.footprint`, or None for bare spherical waves
     passband : what the footprint ends at, default the SLM's full band
 
     Returns (len(rows), len(columns)) complex128. Raises ValueError for points behind the

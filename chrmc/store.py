@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.compensation.ledger import FrameRecord
 from chrmc.files import read_json, sha256, write_json
 from chrmc.pictures import read_grey, write_grey
 from chrmc.slm import SLM
-from chrmc.video.ledger import FrameRecord
 
 MANIFEST = "manifest.json"
 FORMAT = 1

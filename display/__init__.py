@@ -3,6 +3,6 @@
 Importing this opens no window and loads no graphics library.
 """
 
-from display.encode import encode, encode_signal, signal_of, video_scale
+from chrmc.grey_levels import encode, encode_signal, signal_of, video_scale
 
 __all__ = ["encode", "encode_signal", "signal_of", "video_scale"]

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh import compute_field
-from chrmc.coding import coding_for
+from chrmc.encoding import coding_for
+from chrmc.grey_levels import encode
 from chrmc.response import GreyResponse
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
-from display.encode import encode
 
 Frame = NDArray[np.uint8]
 

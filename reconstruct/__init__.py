@@ -4,7 +4,7 @@ Grey levels → 4-f → image → verdict.
 """
 
 from reconstruct.bench import Bench, Filter, Illumination
-from reconstruct.four_f import FourF, decode_field, four_f, four_f_field
+from reconstruct.four_f_system import FourF, decode_field, four_f, four_f_field
 
 __all__ = [
     "Bench",

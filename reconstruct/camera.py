@@ -6,7 +6,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.optics import Patch
+from chrmc.optics.propagation import Patch
 from reconstruct.images import exposure
 
 

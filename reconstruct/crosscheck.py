@@ -1,7 +1,7 @@
 """The same propagation by other means: a direct sum, and an independent package.
 
 Both take a field in the hologram plane and give it at depth d > 0 behind it, like
-`chrmc.optics.propagate(field, pitch, wavelength, -d)`.
+`chrmc.optics.propagation.propagate(field, pitch, wavelength, -d)`.
 """
 
 from importlib import import_module

@@ -22,7 +22,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.optics import Patch
+from chrmc.optics.propagation import Patch
 from reconstruct.focus_metrics import metric_named, tenengrad
 from reconstruct.stack import FocalStack
 

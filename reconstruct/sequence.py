@@ -7,11 +7,11 @@ from math import ceil, hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.optics import Patch, Propagator
+from chrmc.optics.propagation import Patch, Propagator
 from chrmc.response import GreyResponse
 from chrmc.store import Video
 from reconstruct.bench import Bench
-from reconstruct.four_f import FourF, check_distance, intensity
+from reconstruct.four_f_system import FourF, check_distance, intensity
 from reconstruct.images import exposure
 from reconstruct.verdict import Target
 

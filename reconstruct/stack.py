@@ -11,12 +11,12 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chrmc.coding import Passband
-from chrmc.footprint import expected_power, reach
-from chrmc.optics import Patch, Propagator, soft_edge, spread
+from chrmc.optics.footprint import expected_power, reach
+from chrmc.optics.passband import Passband
+from chrmc.optics.propagation import Patch, Propagator, soft_edge, spread
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
-from reconstruct.four_f import intensity
+from reconstruct.four_f_system import intensity
 
 
 @dataclass(frozen=True, eq=False)

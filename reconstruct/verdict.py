@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chrmc.coding import Passband
-from chrmc.optics import Patch
+from chrmc.optics.passband import Passband
+from chrmc.optics.propagation import Patch
 from reconstruct import metrics
 from reconstruct.focus import Focus, find_focus, focus_curve, refine_peak
 from reconstruct.focus_metrics import METRICS
-from reconstruct.four_f import FourF
+from reconstruct.four_f_system import FourF
 from reconstruct.stack import (
     FocalStack,
     brightness,

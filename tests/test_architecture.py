@@ -23,11 +23,11 @@ FORBIDDEN = {
         "reconstruct",
         "chrmc.cli",
         "chrmc.cgh",
-        "chrmc.video",
+        "chrmc.compensation",
         "chrmc.bench",
     ],
-    "chrmc/cgh": ["display", "reconstruct", "chrmc.cli", "chrmc.video", "chrmc.bench"],
-    "chrmc/video": ["display", "reconstruct", "chrmc.cli", "chrmc.bench"],
+    "chrmc/cgh": ["display", "reconstruct", "chrmc.cli", "chrmc.compensation", "chrmc.bench"],
+    "chrmc/compensation": ["display", "reconstruct", "chrmc.cli", "chrmc.bench"],
     "chrmc": ["display", "reconstruct", "chrmc.cli"],
 }
 

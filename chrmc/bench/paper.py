@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import asin, atan2, cos, degrees, hypot, pi, radians, sin, tan
 
+from chrmc.compensation.ch_rmc_paper.conversion import RADIUS, one_pixel_distance, sagitta
 from chrmc.scene.circles import paper_angle, paper_circle, turn_angle
 from chrmc.scene.motion import local_offsets
 from chrmc.slm import LC_R_1080, WAVELENGTH
-from chrmc.video.ch_rmc.conversion import RADIUS, one_pixel_distance, sagitta
 
 PITCH = LC_R_1080.pixel_pitch
 WIDTH = LC_R_1080.width * PITCH

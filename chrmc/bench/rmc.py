@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from chrmc.compensation import video
+from chrmc.compensation.ledger import FrameRecord
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM, WAVELENGTH
-from chrmc.video import video
-from chrmc.video.ledger import FrameRecord
 
 REKEY_ERROR = 0.1
 """Field-error limit of the run that re-keys, unless the user names one."""

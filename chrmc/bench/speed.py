@@ -14,9 +14,9 @@ import chrmc
 from chrmc.cgh import curved
 from chrmc.cgh.curved.assembly import row_runs
 from chrmc.cgh.curved.parallel import spread
-from chrmc.coding import Coding, coding_for
-from chrmc.footprint import reach
-from chrmc.optics import workers
+from chrmc.encoding import Coding, coding_for
+from chrmc.optics.footprint import reach
+from chrmc.optics.propagation import workers
 from chrmc.reference import reference_samples
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Scene

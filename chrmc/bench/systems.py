@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh import METHODS, compute_field, with_cache
-from chrmc.coding import Coding
+from chrmc.compensation import video
+from chrmc.compensation.ch_rmc_paper.error_correction import match, rule_named, snr
+from chrmc.compensation.frame import VideoFrame
+from chrmc.compensation.held import Matcher
+from chrmc.compensation.ledger import FrameRecord
+from chrmc.encoding import Coding
 from chrmc.reference import reference_samples, relative_error
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Scene, SceneFrame, frame_range
 from chrmc.slm import SLM
-from chrmc.video import video
-from chrmc.video.ch_rmc.error_correction import match, rule_named, snr
-from chrmc.video.frame import VideoFrame
-from chrmc.video.held import Matcher
-from chrmc.video.ledger import FrameRecord
 from chrmc.window import Window
 
 Field = NDArray[np.complex64]

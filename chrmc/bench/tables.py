@@ -16,10 +16,10 @@ import numpy as np
 from chrmc.bench.paper import GROWTH, POINTS, SECONDS, STAGES, TIMES
 from chrmc.bench.systems import Measured, System, count_points
 from chrmc.cgh import METHODS
-from chrmc.coding import Coding
+from chrmc.compensation import COMPENSATIONS
+from chrmc.encoding import Coding
 from chrmc.scene.scene import Scene, frame_range
 from chrmc.slm import SLM
-from chrmc.video import COMPENSATIONS
 
 RULES = ("strict", "tolerant")
 # Table 2's printed ACT growth over the NLUT's, per cent.

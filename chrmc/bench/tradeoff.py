@@ -17,12 +17,13 @@ from chrmc.bench.reckon import reckon
 from chrmc.bench.speed import fresh_clouds, surface_cloud
 from chrmc.bench.tradeoff_table import Entry
 from chrmc.cgh import METHODS, Method, compute_field, curved, with_cache
-from chrmc.coding import Coding, Passband
+from chrmc.compensation import COMPENSATIONS
+from chrmc.encoding import Coding
+from chrmc.optics.passband import Passband
 from chrmc.reference import reference_samples, relative_error
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene, SceneFrame
 from chrmc.slm import SLM
-from chrmc.video import COMPENSATIONS
 from chrmc.window import Window
 
 Images = Callable[[NDArray[np.complex64], NDArray[np.complex64], SceneFrame], Mapping[str, float]]

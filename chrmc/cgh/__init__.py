@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.coding import Passband
-from chrmc.footprint import check_showable
+from chrmc.optics.footprint import check_showable
+from chrmc.optics.passband import Passband
 from chrmc.options import check_options, option_names
 from chrmc.reference import resolve_passband
 from chrmc.scene.points import PointCloud

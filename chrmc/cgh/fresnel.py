@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.coding import Passband
-from chrmc.footprint import reach, taper
-from chrmc.optics import cycles_to_phasor
+from chrmc.optics.footprint import reach, taper
+from chrmc.optics.passband import Passband
+from chrmc.optics.propagation import cycles_to_phasor
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from chrmc.window import Window

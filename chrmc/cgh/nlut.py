@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.pfp import DEPTH_STEP, FORMS, PFPTable, Placed, axis_factors, quadrant
-from chrmc.coding import Passband
-from chrmc.footprint import reach
-from chrmc.optics import workers
+from chrmc.optics.footprint import reach
+from chrmc.optics.passband import Passband
+from chrmc.optics.propagation import workers
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from chrmc.window import Window

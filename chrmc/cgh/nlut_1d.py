@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.pfp import DEPTH_STEP, PFPTable, Placed, axis_factors, quarter_axis
-from chrmc.coding import Passband
+from chrmc.optics.passband import Passband
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from chrmc.window import Window

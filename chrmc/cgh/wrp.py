@@ -25,9 +25,9 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from chrmc.coding import Passband
-from chrmc.footprint import reach, taper
-from chrmc.optics import cycles_to_phasor, transfer_function, workers
+from chrmc.optics.footprint import reach, taper
+from chrmc.optics.passband import Passband
+from chrmc.optics.propagation import cycles_to_phasor, transfer_function, workers
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from chrmc.window import Window
@@ -58,7 +58,7 @@ class TransferCache:
     def get(
         self, shape: tuple[int, int], pixel_pitch: float, wavelength: float, distance: float
     ) -> NDArray[np.complex64]:
-        """`chrmc.optics.transfer_function`, from the cache where it is there."""
+        """`chrmc.optics.propagation.transfer_function`, from the cache where it is there."""
         key = (shape, pixel_pitch, wavelength, distance)
         if key not in self._kept:
             made = transfer_function(shape, pixel_pitch, wavelength, distance)

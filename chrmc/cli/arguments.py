@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from chrmc.coding import CODINGS
+from chrmc.encoding import CODINGS
 from chrmc.slm import LC_R_1080, SLM
 
 

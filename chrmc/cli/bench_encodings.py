@@ -41,8 +41,8 @@ def command(
     limited to the half band that a single sideband keeps ("real" to the full band), once for a
     field that the generator limited and once for one that fills the panel's whole band.
     """
-    from chrmc.cli.generation import scene_wavelength
-    from chrmc.cli.recipes import recipe_for
+    from chrmc.generation import scene_wavelength
+    from chrmc.recipe import recipe_for
     from chrmc.scene.load import load_scene
 
     given = load_scene(scene, form=form)
@@ -105,10 +105,11 @@ def measure(
 ) -> list[dict[str, Any]]:
     """One row of figures for each encoding; images are compared in `box`."""
     from chrmc.cgh import compute_field
-    from chrmc.coding import CODINGS, coding_for, full_band
+    from chrmc.encoding import CODINGS, coding_for
+    from chrmc.grey_levels import encode, limit_band
+    from chrmc.optics.passband import full_band
     from chrmc.progress import progress
-    from display.encode import encode, limit_band
-    from reconstruct.four_f import FourF, intensity
+    from reconstruct.four_f_system import FourF, intensity
     from reconstruct.metrics import psnr, scale_to
 
     half = coding_for("ssb", slm)

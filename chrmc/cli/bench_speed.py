@@ -35,9 +35,9 @@ def command(
     """
     from chrmc.bench import speed
     from chrmc.files import replacing
+    from chrmc.grey_levels import encode_signal, video_scale
     from chrmc.scene.load import load_scene
     from chrmc.slm import WAVELENGTH
-    from display.encode import encode_signal, video_scale
 
     wave = wavelength or WAVELENGTH
     last = max(1, min(last, 80))
@@ -61,7 +61,7 @@ def command(
     for count in (100_000, 1_000_000):
         if count <= most:
             tell(speed.many_points(count, slm, wave))
-    from chrmc.coding import coding_for
+    from chrmc.encoding import coding_for
 
     for name in ("car-house", "car-house-deep"):
         given = load_scene(name)

@@ -90,8 +90,8 @@ def run(
 ) -> int:
     """Measure, print and write a table."""
     from chrmc.bench import systems, tables
-    from chrmc.cli.generation import scene_wavelength
-    from chrmc.coding import coding_for
+    from chrmc.encoding import coding_for
+    from chrmc.generation import scene_wavelength
     from chrmc.progress import progress
     from chrmc.scene.load import load_scene
 
@@ -144,7 +144,7 @@ def chosen(pairs: Sequence[Pair], only: str | None) -> list[Pair]:
 
 def machine(slm: SLM, encoding: str) -> str:
     """What the times were measured on and of."""
-    from chrmc.optics import workers
+    from chrmc.optics.propagation import workers
 
     return (
         f"{slm.width} × {slm.height} pixels of {slm.pixel_pitch * 1e6:g} µm, encoding {encoding}; "
@@ -184,7 +184,7 @@ def image_psnr(slm: SLM, wavelength: float) -> Images:
     The complex field is propagated to the object's depth; the picture is the intensity on the
     object's extent and a tenth around it, at the SLM's pitch.
     """
-    from chrmc.optics import Patch, Propagator
+    from chrmc.optics.propagation import Patch, Propagator
     from reconstruct.metrics import psnr
 
     def compare(

@@ -97,8 +97,8 @@ def command(
     from chrmc.bench import tradeoff
     from chrmc.bench.tradeoff_table import Table
     from chrmc.cli.bench_tables import image_psnr
-    from chrmc.cli.generation import scene_wavelength
-    from chrmc.coding import coding_for
+    from chrmc.encoding import coding_for
+    from chrmc.generation import scene_wavelength
     from chrmc.progress import progress
     from chrmc.scene.load import load_scene
     from chrmc.scene.scene import frame_range
@@ -155,7 +155,7 @@ def made_with(
     """What two runs must agree in for one to go on where the other stopped."""
     from chrmc import __version__
     from chrmc.bench.speed import machine
-    from chrmc.cli.generation import fingerprint
+    from chrmc.generation import fingerprint
 
     slm = optics.slm
     return [

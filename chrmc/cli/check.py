@@ -102,7 +102,7 @@ def command(
     from chrmc.response import GreyResponse
     from chrmc.store import open_video
     from reconstruct import report
-    from reconstruct.four_f import FourF
+    from reconstruct.four_f_system import FourF
     from reconstruct.verdict import Target, judge_frame
 
     stored = open_video(video)
@@ -149,7 +149,7 @@ def truth_maker(video: Any, scene_name: str | None) -> Any:
     The low-rank method at 1e-6 stands for the float64 sum: 120 dB, and a thousand times faster.
     """
     from chrmc.cgh import compute_field
-    from chrmc.coding import coding_for
+    from chrmc.encoding import coding_for
     from chrmc.scene.load import load_scene
 
     scene = load_scene(scene_name or str(video.scene["name"]), form=str(video.scene["form"]))

@@ -40,11 +40,11 @@ def command(
     object is in focus where the scene says, 1 when not.
     """
     from chrmc.cli.check import command as check
-    from chrmc.cli.generation import generate, summary
     from chrmc.cli.montage import draw_montage
     from chrmc.cli.play import command as play
-    from chrmc.cli.recipes import recipe_for
     from chrmc.files import replacing
+    from chrmc.generation import generate, summary
+    from chrmc.recipe import recipe_for
     from chrmc.scene.load import load_scene
     from chrmc.slm import LC_R_1080
     from chrmc.store import open_video, remove_video

@@ -37,8 +37,8 @@ def command(
 
     A stopped run is continued by the same command.
     """
-    from chrmc.cli.generation import generate, summary
-    from chrmc.cli.recipes import recipe_for
+    from chrmc.generation import generate, summary
+    from chrmc.recipe import recipe_for
     from chrmc.scene.load import load_scene
     from chrmc.store import open_video, remove_video
 

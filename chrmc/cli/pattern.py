@@ -9,7 +9,7 @@ import click
 
 from chrmc.cli.arguments import slm_option
 from chrmc.cli.play import show, surface_options
-from chrmc.coding import CODINGS
+from chrmc.encoding import CODINGS
 from chrmc.slm import SLM, WAVELENGTH
 
 SETTINGS = (

@@ -144,7 +144,7 @@ def _one(stored: Any, out: Path, options: dict[str, Any]) -> int:
 
 def _photograph(stored: Any, system: Any, image: Any, out: Path, options: dict[str, Any]) -> None:
     """What a camera counts, written unchanged."""
-    from chrmc.optics import Patch
+    from chrmc.optics.propagation import Patch
     from reconstruct.camera import Camera
     from reconstruct.images import write_counts
 
@@ -162,7 +162,7 @@ def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
     """One frame at many depths, the all-in-focus picture and its depth map."""
     import numpy as np
 
-    from chrmc.optics import Patch
+    from chrmc.optics.propagation import Patch
     from chrmc.progress import progress
     from reconstruct.images import exposure, write_image
     from reconstruct.stack import FocalStack, all_in_focus

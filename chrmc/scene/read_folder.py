@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chrmc.optics import workers
+from chrmc.optics.propagation import workers
 from chrmc.scene.exr import read_exr
 from chrmc.scene.rgbd import RGBDFrame
 from chrmc.scene.rgbd_scene import RGBDScene

@@ -12,14 +12,14 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from chrmc.optics import Patch, transfer_function, workers
+from chrmc.optics.propagation import Patch, transfer_function, workers
 from chrmc.response import GreyResponse
 from chrmc.store import Video
 from reconstruct import metrics
 from reconstruct.bench import Bench, Filter
 from reconstruct.focus import Focus, find_focus
 from reconstruct.focus_metrics import normalised_variance
-from reconstruct.four_f import FourF, intensity
+from reconstruct.four_f_system import FourF, intensity
 from reconstruct.images import exposure, write_colour, write_image
 from reconstruct.stack import focal_stack
 from reconstruct.verdict import Target

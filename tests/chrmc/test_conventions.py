@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import chrmc
-from chrmc.coding import coding_for
-from chrmc.optics import propagate
+from chrmc.encoding import coding_for
+from chrmc.optics.propagation import propagate
 from chrmc.slm import LC_R_1080, SLM
 
 WAVELENGTH = chrmc.WAVELENGTH

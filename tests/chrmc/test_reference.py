@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import chrmc
-from chrmc.coding import coding_for
+from chrmc.encoding import coding_for
 from chrmc.reference import reference_samples, relative_error
 from chrmc.slm import LC_R_1080, SLM
 

@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from chrmc.optics import propagate
+from chrmc.optics.propagation import propagate
 from chrmc.slm import LC_R_1080, SLM
 from display import patterns
 from display.bench_sheet import Sheet, Target

@@ -5,14 +5,14 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import display
-from chrmc.coding import coding_for
-from chrmc.footprint import expected_power
+from chrmc.encoding import coding_for
+from chrmc.grey_levels import limit_band
+from chrmc.optics.footprint import expected_power
 from chrmc.reference import reference_field
 from chrmc.response import GreyResponse
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, SceneFrame
 from chrmc.slm import SLM
-from display.encode import limit_band
 
 SMALL = SLM("small", 96, 128, 8.1e-6)
 

@@ -264,7 +264,7 @@ def test_command_line(small, tmp_path, video_maker, chrmc_command):
 
 def test_importing_loads_no_graphics():
     code = (
-        "import sys, display, display.encode, display.playlist, display.timing, display.monitors;"
+        "import sys, display, display.playlist, display.timing, display.monitors;"
         "print([m for m in ('glfw', 'moderngl', 'matplotlib', 'OpenImageIO') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

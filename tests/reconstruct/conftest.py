@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from chrmc import SLM, PointCloud, compute_field
-from chrmc.coding import coding_for
+from chrmc.compensation.ledger import FrameRecord
+from chrmc.encoding import coding_for
+from chrmc.grey_levels import encode
 from chrmc.store import FORMAT, VideoWriter
-from chrmc.video.ledger import FrameRecord
-from display.encode import encode
 
 P, LAMBDA = 8.1e-6, 532e-9
 SLM_ = SLM("small", 256, 256, P)

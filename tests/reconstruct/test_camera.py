@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chrmc.optics import Patch
+from chrmc.optics.propagation import Patch
 from reconstruct.camera import Camera, overlaps
 
 P = 8.1e-6

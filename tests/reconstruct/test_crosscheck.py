@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from chrmc.optics import propagate
+from chrmc.optics.propagation import propagate
 from reconstruct import crosscheck
 
 P, LAMBDA = 8.1e-6, 532e-9

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from chrmc import LC_R_1080, SLM, PointCloud, compute_field, load_scene
-from chrmc.coding import coding_for
-from chrmc.optics import Patch
+from chrmc.encoding import coding_for
+from chrmc.optics.propagation import Patch
 from display import encode
 from reconstruct import FourF
 from reconstruct.focus import (

@@ -4,11 +4,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chrmc import SLM, PointCloud, reference_field
-from chrmc.coding import coding_for
+from chrmc.encoding import coding_for
 from chrmc.response import GreyResponse
 from display import encode
 from reconstruct import Bench, Filter, FourF, Illumination, decode_field, four_f, four_f_field
-from reconstruct.four_f import power
+from reconstruct.four_f_system import power
 
 P, LAMBDA, Z = 8.1e-6, 532e-9, 0.03
 SLM_ = SLM("small", 192, 160, P)
@@ -100,7 +100,7 @@ def test_two_points_at_the_resolution_limit():
         frame = encode(field_of(pair, phase=[0, np.pi / 2], slm=slm), slm)
         system = FourF(slm, LAMBDA)
         field = system.field(frame)
-        from chrmc.optics import Patch
+        from chrmc.optics.propagation import Patch
         from reconstruct.stack import focal_stack
 
         fine = Patch((0.0, 0.0), (1, 81), limit / 20)

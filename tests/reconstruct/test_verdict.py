@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chrmc import SLM, PointCloud, compute_field
-from chrmc.coding import coding_for
+from chrmc.encoding import coding_for
 from display import encode
 from reconstruct import FourF, report
 from reconstruct.verdict import FrameVerdict, Target, judge_frame

@@ -25,8 +25,9 @@ from chrmc.cgh.curved.direct import BEARABLE, SMALL, direct_field
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.parallel import alone, finished, side_by_side
 from chrmc.cgh.curved.predict import ROUNDING, Budget
-from chrmc.coding import Coding, Passband
-from chrmc.footprint import reach
+from chrmc.encoding import Coding
+from chrmc.optics.footprint import reach
+from chrmc.optics.passband import Passband
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from chrmc.window import Window

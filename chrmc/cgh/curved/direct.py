@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.footprint import taper
+from chrmc.optics.footprint import taper
 from chrmc.scene.points import PointCloud
 
 SMALL = 400_000

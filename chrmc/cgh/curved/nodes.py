@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.band import Grid, band_grid, band_matrix, edge_grid, edge_matrix
 from chrmc.cgh.curved.chebyshev import chebyshev, node_count, pixel_interpolation
-from chrmc.footprint import SOFT_SHARE, taper
+from chrmc.optics.footprint import SOFT_SHARE, taper
 
 Floats = NDArray[np.float64]
 

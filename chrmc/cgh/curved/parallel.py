@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 
 from threadpoolctl import ThreadpoolController
 
-from chrmc.optics import workers
+from chrmc.optics.propagation import workers
 
 T = TypeVar("T")
 R = TypeVar("R")

@@ -18,7 +18,7 @@ from chrmc.cgh.curved.clusters import bounding_box
 from chrmc.cgh.curved.nodes import Axis, Panel
 from chrmc.cgh.curved.series import Remainder
 from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phasors
-from chrmc.footprint import taper
+from chrmc.optics.footprint import taper
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]

@@ -17,7 +17,7 @@ from chrmc.cgh.curved.nodes import Axis, Run
 from chrmc.cgh.curved.parallel import Pieces, Steps, finished, side_by_side
 from chrmc.cgh.curved.series import OnNodes, Series
 from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phase_table, phasors
-from chrmc.footprint import SOFT_SHARE
+from chrmc.optics.footprint import SOFT_SHARE
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
@@ -29,7 +29,7 @@ MOST_AT_ONCE = 4096
 
 
 def _taper(axis: Axis, run: Run, x: Floats, z: Floats, reach: float, like: Reals) -> Reals:
-    """The soft footprint of `chrmc.footprint.taper` at a run's nodes, in the tables' precision."""
+    """`chrmc.optics.footprint.taper` at a run's nodes, in the tables' precision."""
     share: Reals = (axis.nodes[run.nodes] - x[:, None]).astype(like.dtype)
     np.abs(share, out=share)
     share *= (1 / (SOFT_SHARE * reach * z)).astype(share.dtype)[:, None]

@@ -12,10 +12,10 @@ from chrmc.bench import tables
 from chrmc.bench.systems import KeptScene, Measured, System, count_points, measure, still_objects
 from chrmc.cgh import METHODS, compute_field
 from chrmc.cli.bench_tables import chosen, image_psnr
-from chrmc.coding import coding_for
+from chrmc.compensation import COMPENSATIONS
+from chrmc.encoding import coding_for
 from chrmc.scene.load import load_scene
 from chrmc.slm import SLM
-from chrmc.video import COMPENSATIONS
 
 SMALL = SLM("small", 64, 40, 8.1e-6)
 REAL = coding_for("real", SMALL)

@@ -7,9 +7,9 @@ from chrmc import SLM, WAVELENGTH, load_scene
 from chrmc.bench import speed, tradeoff
 from chrmc.bench.tradeoff_table import Entry
 from chrmc.cgh import METHODS, curved
-from chrmc.coding import coding_for
-from chrmc.footprint import reach, taper
-from chrmc.video import COMPENSATIONS
+from chrmc.compensation import COMPENSATIONS
+from chrmc.encoding import coding_for
+from chrmc.optics.footprint import reach, taper
 from chrmc.window import Window
 
 PANEL = SLM("small", 320, 200, 40e-6)

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud, compute_field
 from chrmc.cgh import curved
-from chrmc.coding import coding_for, full_band
-from chrmc.footprint import reach
+from chrmc.encoding import coding_for
+from chrmc.optics.footprint import reach
+from chrmc.optics.passband import full_band
 from chrmc.reference import reference_field, reference_samples, relative_error
 from chrmc.window import Window
 

@@ -5,8 +5,8 @@ import pytest
 
 from chrmc import LC_R_1080, SLM, PointCloud, compute_field
 from chrmc.cgh import curved
-from chrmc.coding import coding_for
-from chrmc.footprint import reach
+from chrmc.encoding import coding_for
+from chrmc.optics.footprint import reach
 from chrmc.reference import reference_samples, relative_error
 from chrmc.window import Window
 

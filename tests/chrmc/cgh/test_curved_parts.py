@@ -8,8 +8,8 @@ from chrmc.cgh import curved
 from chrmc.cgh.curved import chebyshev, parallel, series, tables, wave
 from chrmc.cgh.curved.clusters import bounding_box
 from chrmc.cgh.curved.nodes import Axis
-from chrmc.coding import coding_for
-from chrmc.footprint import coverage
+from chrmc.encoding import coding_for
+from chrmc.optics.footprint import coverage
 from chrmc.reference import reference_samples, relative_error
 from chrmc.window import Window
 

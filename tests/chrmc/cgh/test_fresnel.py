@@ -3,8 +3,8 @@
 import numpy as np
 
 import chrmc
-from chrmc.coding import coding_for
-from chrmc.footprint import reach, taper
+from chrmc.encoding import coding_for
+from chrmc.optics.footprint import reach, taper
 from chrmc.reference import reference_samples, relative_error
 from chrmc.slm import LC_R_1080, SLM
 from chrmc.window import Window

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 import chrmc
 from chrmc.cgh import nlut, nlut_1d
 from chrmc.cgh.pfp import PFPTable
-from chrmc.coding import UNLIMITED, coding_for, full_band
+from chrmc.encoding import coding_for
+from chrmc.optics.passband import UNLIMITED, full_band
 from chrmc.reference import reference_field, relative_error
 from chrmc.slm import LC_R_1080, SLM
 from chrmc.window import Window

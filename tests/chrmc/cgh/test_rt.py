@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import chrmc
-from chrmc.coding import coding_for
+from chrmc.encoding import coding_for
 from chrmc.reference import reference_field, reference_samples, relative_error
 from chrmc.slm import SLM
 from chrmc.window import Window

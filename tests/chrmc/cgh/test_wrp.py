@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 import chrmc
 from chrmc.cgh import wrp
-from chrmc.coding import coding_for, full_band
+from chrmc.encoding import coding_for
+from chrmc.optics.passband import full_band
 from chrmc.reference import reference_field, relative_error
 from chrmc.slm import LC_R_1080, SLM
 from chrmc.window import Window

@@ -1,0 +1,1 @@
+"""CH-RMC on a sphere around each object: exact for any rigid motion."""

@@ -1,0 +1,253 @@
+"""CH-RMC on a sphere around each object: the curved hologram where it is exact.
+
+Rotating an object about its centre turns the directions of its light and changes nothing else;
+any rigid motion is such a rotation and a new centre. So an object's baseband is summed once per
+key group on a sphere of directions, in a few layers of range. A frame looks it up along the
+turned directions at its few thousand nodes, takes the object's new spherical wave as reference,
+adds and removes the points whose visibility changed, and multiplies two matrices.
+
+Needs objects with a body and a pose (`ObjectFrame.body`, `.ids`, `.pose`). Where identities are
+unknown (RGB-D frames) nothing says how a point moved, and a freshly quantised twin of a moved
+point has another phase: such an object is computed afresh by the same low-rank form whenever its
+points differ, and the frame is a key frame.
+
+Works on basebands, so the CGH method has to be `curved`.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh import Method
+from chrmc.cgh.curved import check_tolerance, field_of, lines_of, low_rank, plane_of, signal_of
+from chrmc.cgh.curved.assembly import Factor
+from chrmc.cgh.curved.predict import ROUNDING, Budget
+from chrmc.compensation.ch_rmc_object.group import Group
+from chrmc.compensation.frame import VideoFrame
+from chrmc.compensation.ledger import FrameRecord
+from chrmc.encoding import Coding
+from chrmc.optics.footprint import check_showable
+from chrmc.scene.scene import ObjectFrame, Pose, Scene
+from chrmc.slm import SLM
+from chrmc.window import Window
+
+LOOK_AHEAD = 600
+"""Frames whose directions a key group looks ahead to, at most."""
+_AIM = 0.7  # of the tolerance: one key frame has to do for many frames, the worst included
+
+
+@dataclass
+class _Track:
+    """What is kept of one object from frame to frame."""
+
+    thing: ObjectFrame
+    factors: list[Factor]
+    budget: Budget
+    group: Group | None
+    version: int = 0
+
+
+def frames(
+    scene: Scene,
+    slm: SLM,
+    wavelength: float,
+    cgh: str | Method,
+    numbers: range,
+    coding: Coding,
+    *,
+    tolerance: float = 1e-3,
+) -> Iterator[VideoFrame]:
+    """Frames by object-centred CH-RMC.
+
+    cgh : "curved"
+    tolerance : relative L2 error of every frame's field against the float64 truth
+
+    The record's `error_predicted` stays below the tolerance: an object is keyed anew before it
+    would pass it, and where no key frame helps ValueError says so. `blank_share` is the share of
+    the hologram in which soft footprint edges are summed from the points in every frame.
+    """
+    if cgh != "curved":
+        name = cgh if isinstance(cgh, str) else getattr(cgh, "__name__", "this one")
+        raise ValueError(
+            f"ch-rmc with surface object works on the curved method's baseband, not on {name}: "
+            "choose cgh curved, or surface paper"
+        )
+    check_tolerance(tolerance)
+    return _Maker(scene, slm, wavelength, numbers, coding, tolerance).frames()
+
+
+class _Maker:
+    def __init__(
+        self,
+        scene: Scene,
+        slm: SLM,
+        wavelength: float,
+        numbers: range,
+        coding: Coding,
+        tolerance: float,
+    ) -> None:
+        self._scene, self._slm, self._wavelength = scene, slm, wavelength
+        self._numbers, self._coding, self._tolerance = numbers, coding, tolerance
+        self._window = Window.full(slm)
+        self._plane = plane_of(slm, wavelength, self._window, coding.passband)
+        self._targets = lines_of(slm, self._window)
+        self._tracks: dict[str, _Track] = {}
+        self._still: dict[str, tuple[tuple[tuple[str, int], ...], NDArray[Any]]] = {}
+
+    def frames(self) -> Iterator[VideoFrame]:
+        for number in self._numbers:
+            scene_frame = self._scene.frame(number)
+            record = FrameRecord(number, key=False)
+            total = Budget(0.0, 0.0)
+            tracks: list[_Track] = []
+            moved: set[str] = set()
+            for thing in scene_frame.objects:
+                if len(thing.cloud) == 0:
+                    self._tracks.pop(thing.name, None)
+                    continue
+                track = self._tracks.get(thing.name)
+                with record.stage("PE"):
+                    same = track is not None and _same(track.thing, thing)
+                if track is None or not same:
+                    moved.add(thing.name)
+                    track = self._follow(track, thing, number, record)
+                    self._tracks[thing.name] = track
+                tracks.append(track)
+                total += track.budget
+            record.error_predicted = total.relative
+            yield VideoFrame(
+                scene_frame,
+                record,
+                self._renderer("field", tracks, moved, record),
+                self._renderer("signal", tracks, moved, record),
+            )
+
+    def _follow(
+        self, track: _Track | None, thing: ObjectFrame, number: int, record: FrameRecord
+    ) -> _Track:
+        """The object's factors in a frame: looked up if its group covers it, else keyed anew."""
+        check_showable(thing.cloud, self._slm, self._wavelength, self._coding.passband)
+        version = 0 if track is None else track.version + 1
+        if thing.body is None or thing.ids is None or thing.pose is None:
+            return self._afresh(thing, version, record)
+        group = None if track is None else track.group
+        if group is not None:
+            # Nodes that turn out too few for this frame are no reason for a key frame.
+            for aim in (_AIM * self._tolerance, 0.3 * self._tolerance):
+                if not group.covers(thing, aim):
+                    break
+                factor, budget = group.factor(thing, record, aim)
+                if self._good(factor, budget):
+                    group.book(thing, record)
+                    return _Track(thing, [factor], budget, group, version)
+        ahead = self._ahead(thing, number)
+        if all(pose.same_as(thing.pose) for pose in ahead):
+            return self._afresh(thing, version, record)
+        aim = _AIM * self._tolerance
+        for _ in range(3):
+            with record.stage("CON"):
+                group = Group(
+                    thing,
+                    ahead,
+                    self._targets,
+                    self._plane,
+                    aim,
+                )
+                group.fill(thing)
+            factor, budget = group.factor(thing, record, aim)
+            if self._good(factor, budget):
+                self._book_key(thing, record)
+                return _Track(thing, [factor], budget, group, version)
+            aim *= max(0.5 * self._tolerance / budget.relative, 1e-3)
+        return self._afresh(thing, version, record)
+
+    def _good(self, factor: Factor, budget: Budget) -> bool:
+        few = min(factor.real.shape) < 12
+        limit = min(0.8, 0.5 + ROUNDING / self._tolerance) if few else 0.8
+        return budget.relative <= limit * self._tolerance
+
+    def _afresh(self, thing: ObjectFrame, version: int, record: FrameRecord) -> _Track:
+        """An object's factors straight from its points."""
+        with record.stage("HC"):
+            made = low_rank(
+                thing.cloud,
+                self._slm,
+                self._wavelength,
+                self._window,
+                self._coding.passband,
+                tolerance=self._tolerance,
+            )
+        self._book_key(thing, record)
+        return _Track(thing, made.factors, made.budget, None, version)
+
+    def _book_key(self, thing: ObjectFrame, record: FrameRecord) -> None:
+        record.key = True
+        record.points_computed += len(thing.cloud)
+        record.points_added += len(thing.cloud)
+        record.point_pixels += len(thing.cloud) * self._slm.width * self._slm.height
+
+    def _ahead(self, thing: ObjectFrame, number: int) -> list[Pose]:
+        """The object's poses in the frames to come, as far as the scene can tell."""
+        later = [n for n in self._numbers if n > number][:LOOK_AHEAD]
+        tell: Callable[[str, int], Pose] | None = getattr(self._scene, "pose", None)
+        poses: list[Pose] = []
+        for n in later:
+            if tell is not None:
+                pose: Pose | None = tell(thing.name, n)
+            else:
+                found = [o for o in self._scene.frame(n).objects if o.name == thing.name]
+                pose = found[0].pose if found and found[0].body is thing.body else None
+            if pose is None:
+                break
+            poses.append(pose)
+        return poses
+
+    def _renderer(
+        self, kind: str, tracks: list[_Track], moved: set[str], record: FrameRecord
+    ) -> Callable[[], NDArray[Any]]:
+        def make() -> NDArray[Any]:
+            with record.stage("HC"):
+                still = [t for t in tracks if t.thing.name not in moved]
+                moving = [f for t in tracks if t.thing.name in moved for f in t.factors]
+                base = self._still_part(kind, still)
+                return self._render(kind, moving, base)
+
+        return make
+
+    def _still_part(self, kind: str, still: list[_Track]) -> NDArray[Any] | None:
+        """The sum of objects that did not move since the frame before, kept while they rest."""
+        if not still:
+            return None
+        name = tuple((t.thing.name, t.version) for t in still)
+        kept = self._still.get(kind)
+        if kept is None or kept[0] != name:
+            kept = name, self._render(kind, [f for t in still for f in t.factors], None)
+            self._still[kind] = kept
+        return kept[1]
+
+    def _render(self, kind: str, factors: list[Factor], base: NDArray[Any] | None) -> NDArray[Any]:
+        if kind == "field":
+            return field_of(factors, self._slm, self._wavelength, self._window, base)
+        return signal_of(
+            factors, self._slm, self._wavelength, self._window, self._coding.carrier, base
+        )
+
+
+def _same(before: ObjectFrame, now: ObjectFrame) -> bool:
+    """Nothing about the object's light changed."""
+    if before.pose is not None and now.pose is not None and before.ids is not None:
+        return (
+            before.body is now.body
+            and before.pose.same_as(now.pose)
+            and now.ids is not None
+            and np.array_equal(before.ids, now.ids)
+        )
+    a, b = before.cloud, now.cloud
+    return a is b or (
+        np.array_equal(a.positions, b.positions)
+        and np.array_equal(a.amplitude, b.amplitude)
+        and np.array_equal(a.phase, b.phase)
+    )

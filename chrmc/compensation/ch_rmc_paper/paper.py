@@ -1,0 +1,351 @@
+"""CH-RMC as published, over any CGH method: `--compensation ch-rmc --surface paper`.
+
+Each moving object's hologram is carried from frame to frame on a cylinder around the centre of
+its arc; what the previous frame can't give is filled by the CGH method, and points that differ
+between the compensated and the actual object are corrected. Objects that stand still are computed
+once. Stages: PE parameter extraction, PA position adjustment (OPH ↔ LPH), CON conversion, RMC
+rotation, HC hologram calculation (key frames and blanks), EC error correction.
+
+Measured on the LC-R 1080 at R = 14.5 cm, against recomputation: one step of 0.3° on its reused
+columns 14 % for an object turning about itself, 11 % for the car at frame 1. Along `car-house` the
+whole frame is 5 % wrong after one step and 13–21 % from the fifth on, its images at 39–54 dB;
+along `car-house-deep`, far off the arcs' axes, up to 89 % and 23 dB. A radius near the arc's
+depth does better (0.25 m on `car-house`: 7 % instead of 16 %). See `chrmc bench rmc`.
+
+`points_computed` counts as the paper does: all points of a key frame, else only points added or
+removed. The work on blanks is in `point_pixels`.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh import Method, compute_field
+from chrmc.compensation.ch_rmc_paper.blank import difference, extent, intersection
+from chrmc.compensation.ch_rmc_paper.carry import Step, carried_window, carry, moved
+from chrmc.compensation.ch_rmc_paper.conversion import RADIUS, check_radius
+from chrmc.compensation.ch_rmc_paper.cylinder import Cylinder
+from chrmc.compensation.ch_rmc_paper.error_correction import (
+    SNR_THRESHOLD,
+    Rule,
+    match,
+    rule_named,
+    snr,
+)
+from chrmc.compensation.ch_rmc_paper.image_measures import image_measures
+from chrmc.compensation.ch_rmc_paper.plan import plan
+from chrmc.compensation.frame import VideoFrame
+from chrmc.compensation.ledger import FrameRecord
+from chrmc.encoding import Coding
+from chrmc.reference import relative_error
+from chrmc.scene.points import PointCloud
+from chrmc.scene.scene import ObjectFrame, Scene, SceneFrame
+from chrmc.slm import SLM
+from chrmc.window import Window
+
+PLANE_SPACING = 0.1e-3
+"""Of the paper's depth images, metres; for scenes that name no planes of their own."""
+
+Measure = Callable[[NDArray[np.complex64], NDArray[np.complex64], SceneFrame], dict[str, Any]]
+"""(compensated field, recomputed field, scene frame) → object name → measures ("psnr" in dB, …)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """What the video knows of one object.
+
+    field : (H, W) its hologram; cloud : the points that are in it; ids : theirs, or None
+    cylinder : of its present arc, or None
+    blank : pixels that its last step left to compute
+    carried : whether any of it was carried since it was last computed afresh
+    """
+
+    field: NDArray[np.complex64]
+    cloud: PointCloud
+    ids: NDArray[np.intp] | None
+    cylinder: Cylinder | None = None
+    blank: int = 0
+    carried: bool = False
+
+
+@dataclass(frozen=True)
+class _Work:
+    """What every step needs: the setting, and the CGH method on a window with its account."""
+
+    slm: SLM
+    wavelength: float
+    cgh: str | Method
+    coding: Coding
+    cgh_options: dict[str, Any]
+    radius: float
+    rule: Rule
+    snr_threshold: float
+    pixel_pitch: float
+    plane_spacing: float
+
+    def compute(self, cloud: PointCloud, window: Window) -> NDArray[np.complex64]:
+        return compute_field(
+            cloud,
+            self.slm,
+            self.wavelength,
+            self.cgh,
+            window=window,
+            passband=self.coding.passband,
+            **self.cgh_options,
+        )
+
+    def add(
+        self,
+        field: NDArray[np.complex64],
+        cloud: PointCloud,
+        window: Window,
+        record: FrameRecord,
+        sign: int = 1,
+    ) -> None:
+        """Add the cloud's field (or take it away) on the window, and book point·pixels."""
+        passband = self.coding.passband
+        part = intersection(window, extent(cloud, self.slm, self.wavelength, passband))
+        if part.size:
+            field[part.slices] += sign * self.compute(cloud, part)
+            record.point_pixels += len(cloud) * part.size
+
+    def key(self, thing: ObjectFrame, record: FrameRecord) -> Track:
+        """The object computed afresh."""
+        field = np.zeros(self.slm.shape, dtype=np.complex64)
+        with record.stage("HC"):
+            self.add(field, thing.cloud, Window.full(self.slm), record)
+        record.points_computed += len(thing.cloud)
+        record.points_added += len(thing.cloud)
+        return Track(field, thing.cloud, thing.ids)
+
+    def advance(
+        self, track: Track, thing: ObjectFrame, step: Step, record: FrameRecord
+    ) -> tuple[Track, dict[str, Any]]:
+        """The object one frame on, and what is to be said of it."""
+        slm, passband = self.slm, self.coding.passband
+        with record.stage("EC"):
+            after = moved(track.cloud, step)
+            both = None if track.ids is None or thing.ids is None else (track.ids, thing.ids)
+            matching = match(
+                after, thing.cloud, self.rule, self.pixel_pitch, self.plane_spacing, both
+            )
+            ratio = snr(after, thing.cloud, matching)
+            correct = ratio < self.snr_threshold
+            removed = after.select(matching.wrong)
+            added = thing.cloud.select(matching.missing)
+            shown, ids = after, track.ids
+            if correct:
+                shown = PointCloud.concatenate([after.select(~matching.wrong), added])
+                if track.ids is not None and thing.ids is not None:
+                    ids = np.concatenate([track.ids[~matching.wrong], thing.ids[matching.missing]])
+        said = {"snr": float(ratio) if np.isfinite(ratio) else None, "corrected": bool(correct)}
+        cylinder, blank, inexact = track.cylinder, 0, track.carried or step is not None
+        if step is None:
+            reused = Window.full(slm)
+            field = track.field.copy() if correct else track.field
+        else:
+            with record.stage("PE"):
+                middle = track.cloud.centroid
+                if not np.isfinite(middle).all():  # unlit points: any middle will do
+                    middle = track.cloud.positions.mean(axis=0)
+            carried, cylinder = carry(
+                track.field, middle, step, slm, self.wavelength, self.radius, record, cylinder
+            )
+            with record.stage("HC"):
+                reused = carried_window(track.cloud, after, step, slm, self.wavelength, passband)
+                whole = extent(shown, slm, self.wavelength, passband)
+                reused = intersection(reused, whole)
+                field = np.zeros_like(carried)
+                field[reused.slices] = carried[reused.slices]
+                for part in difference(whole, reused):
+                    self.add(field, shown, part, record)
+                    blank += part.size
+        if correct:
+            with record.stage("EC"):
+                # Blanks were filled with the corrected points already.
+                self.add(field, removed, reused, record, sign=-1)
+                self.add(field, added, reused, record)
+            record.points_removed += len(removed)
+            record.points_added += len(added)
+            record.points_computed += len(removed) + len(added)
+        return Track(field, shown, ids, cylinder, blank, inexact), said
+
+
+def frames(
+    scene: Scene,
+    slm: SLM,
+    wavelength: float,
+    cgh: str | Method,
+    numbers: range,
+    coding: Coding,
+    *,
+    radius: float = RADIUS,
+    snr_threshold: float = SNR_THRESHOLD,
+    matching: str = "strict",
+    rekey_every: int | None = None,
+    rekey_error: float | None = None,
+    rekey_image: float | None = None,
+    measure_reuse: bool = False,
+    measure: Measure | bool | None = None,
+    **options: Any,
+) -> Iterator[VideoFrame]:
+    """Frames of the published method.
+
+    radius : of the curved hologram, metres
+    snr_threshold : dB of Eq. 14 below which an object's points are corrected; inf corrects always
+    matching : "strict" or "tolerant", see `error_correction`
+    rekey_every : a key frame after so many frames
+    rekey_error : a key frame where the field error against recomputation with the same CGH method
+        would pass this
+    rekey_image : a key frame where an object's PSNR in dB would fall below this
+    measure_reuse : record `error_reuse` of each frame, and of each object alone in
+        `record.objects` (a full recomputation, not booked)
+    measure : image measures per object, recorded in `record.image`: True for those of
+        `image_measures`, or a function, see `Measure`
+    options : for the CGH method
+
+    Where identity is unknown (RGB-D) a carried point and its freshly quantised twin have
+    unrelated phases: `frame.shown` is then the points that the field stands for.
+    """
+    rule = rule_named(matching)
+    check_radius(radius, slm, wavelength)
+    _check_limits(rekey_every, rekey_error)
+    if measure is True or (rekey_image is not None and not measure):
+        measure = image_measures(slm, wavelength)
+    planes = getattr(scene, "planes", None)
+    work = _Work(
+        slm, wavelength, cgh, coding, options, radius, rule, snr_threshold,
+        scene.pixel_pitch, planes.step if planes else PLANE_SPACING,
+    )  # fmt: skip
+    return _frames(
+        scene, work, numbers, rekey_every, rekey_error, rekey_image, measure_reuse, measure or None
+    )
+
+
+def _check_limits(rekey_every: int | None, rekey_error: float | None) -> None:
+    if rekey_every is not None and rekey_every < 1:
+        raise ValueError(f"rekey_every counts frames from 1, not {rekey_every}")
+    if rekey_error is not None and not rekey_error > 0:
+        raise ValueError(f"rekey_error is a relative error above 0, not {rekey_error}")
+
+
+def _frames(
+    scene: Scene,
+    work: _Work,
+    numbers: range,
+    rekey_every: int | None,
+    rekey_error: float | None,
+    rekey_image: float | None,
+    measure_reuse: bool,
+    measure: Measure | None,
+) -> Iterator[VideoFrame]:
+    start = time.perf_counter()
+    steps = plan(scene)
+    extraction = (time.perf_counter() - start) / len(numbers)
+    tracks: dict[str, Track] = {}
+    last_key = numbers[0]
+    for number in numbers:
+        scene_frame = scene.frame(number)
+        record = FrameRecord(number, key=False)
+        record.stage_seconds["PE"] = extraction
+        due = rekey_every is not None and number - last_key >= rekey_every
+        before = tracks
+        tracks, said, moving = {}, {}, []
+        for thing in scene_frame.objects:
+            name = thing.name
+            step = steps[name].get(number) if name in steps else None
+            track = before.get(name)
+            unseen = track is None or len(track.cloud) == 0 or len(thing.cloud) == 0
+            stale = track is not None and (track.carried or step is not None)
+            if track is None or unseen or (due and stale):
+                tracks[name] = work.key(thing, record)
+            else:
+                tracks[name], said[name] = work.advance(track, thing, step, record)
+                if step is not None:
+                    moving.append(name)
+        field = _total(tracks, work)
+        record.key = number == numbers[0] or due
+        if measure_reuse or rekey_error is not None or measure is not None:
+            again, errors = _recomputed(tracks, scene_frame, work)
+            _judge(record, field, again, scene_frame, measure)
+            if _too_wrong(record, rekey_error, rekey_image):
+                for thing in scene_frame.objects:
+                    if tracks[thing.name].carried:
+                        tracks[thing.name] = work.key(thing, record)
+                        errors[thing.name] = 0.0
+                field, record.key, moving = _total(tracks, work), True, []
+                _judge(record, field, again, scene_frame, measure)
+            for name, error in errors.items():
+                said.setdefault(name, {})["error_reuse"] = error
+        if record.key:
+            last_key = number
+        blanks = [tracks[name].blank for name in moving]
+        record.blank_share = sum(blanks) / (len(blanks) * field.size) if blanks else 0.0
+        shown = _shown(tracks, scene_frame)
+        frame = VideoFrame(scene_frame, record, partial(_made, field), shown=shown)
+        for entry in record.objects:
+            entry.update(said.get(entry["name"], {}))
+        yield frame
+
+
+def _too_wrong(record: FrameRecord, rekey_error: float | None, rekey_image: float | None) -> bool:
+    error = record.error_reuse
+    if rekey_error is not None and error is not None and error > rekey_error:
+        return True
+    if rekey_image is None:
+        return False
+    return any(entry["psnr"] < rekey_image for entry in record.image.values())
+
+
+def _made(field: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    return field
+
+
+def _total(tracks: dict[str, Track], work: _Work) -> NDArray[np.complex64]:
+    field = np.zeros(work.slm.shape, dtype=np.complex64)
+    for track in tracks.values():
+        field += track.field
+    return field
+
+
+def _truth(track: Track, thing: ObjectFrame) -> PointCloud:
+    """The points that the field should show: the scene's, or the carried ones (RGB-D)."""
+    return track.cloud if thing.ids is None else thing.cloud
+
+
+def _shown(tracks: dict[str, Track], scene_frame: SceneFrame) -> PointCloud:
+    return PointCloud.concatenate(_truth(tracks[t.name], t) for t in scene_frame.objects)
+
+
+def _recomputed(
+    tracks: dict[str, Track], scene_frame: SceneFrame, work: _Work
+) -> tuple[NDArray[np.complex64], dict[str, float]]:
+    """The frame with all that was carried computed afresh by the same CGH method, and every
+    object's own error against that."""
+    whole = Window.full(work.slm)
+    field = np.zeros(work.slm.shape, dtype=np.complex64)
+    errors = {}
+    for thing in scene_frame.objects:
+        track = tracks[thing.name]
+        own = work.compute(_truth(track, thing), whole) if track.carried else track.field
+        errors[thing.name] = relative_error(track.field, own)
+        field += own
+    return field, errors
+
+
+def _judge(
+    record: FrameRecord,
+    field: NDArray[np.complex64],
+    again: NDArray[np.complex64],
+    scene_frame: SceneFrame,
+    measure: Measure | None,
+) -> None:
+    """Book the field's error against its recomputation, and the image measures."""
+    record.error_reuse = relative_error(field, again)
+    if measure is not None:
+        record.image = measure(field, again, scene_frame)

@@ -1,0 +1,55 @@
+"""Parameter extraction (PE): what every object does between frames, from its positions."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.compensation.ch_rmc_paper.carry import Rotation, Step, Translation
+from chrmc.scene.motion import find_motion, position_noise
+from chrmc.scene.scene import ObjectFrame, Scene
+
+PIXEL_SHARE = 0.05
+"""Noise of a centroid of pixels, in scene pixels: quantisation, and other sides coming to view."""
+
+
+def plan(scene: Scene) -> dict[str, dict[int, Step]]:
+    """Object name to frame number to the step that leads there; no entry where unknown.
+
+    The whole scene is looked at, so that a clip or a resumed run finds the same arcs. An object's
+    position is its pose's where that is known, else the centroid of its visible points.
+    """
+    count = scene.frame_count
+    known = {name: True for name in scene.object_names}
+    places = {name: np.full((count, 3), np.nan) for name in scene.object_names}
+    for number in range(1, count + 1):
+        for thing in scene.frame(number).objects:
+            places[thing.name][number - 1] = place(thing)
+            known[thing.name] &= thing.pose is not None
+    least = PIXEL_SHARE * scene.pixel_pitch
+    return {name: steps(path, 0.0 if known[name] else least) for name, path in places.items()}
+
+
+def place(thing: ObjectFrame) -> NDArray[np.float64]:
+    """(3,) where the object is, metres; NaN when it is not seen."""
+    if len(thing.cloud) == 0:
+        return np.full(3, np.nan)
+    return thing.position if thing.pose is None else thing.pose.translation
+
+
+def steps(path: NDArray[np.float64], least_noise: float = 0.0) -> dict[int, Step]:
+    """Frame number to step, from (N, 3) positions of frames 1 … N and their noise, metres."""
+    plane = path[:, [0, 2]]
+    found = find_motion(plane, noise=max(least_noise, position_noise(plane)))
+    out: dict[int, Step] = {}
+    for number in range(2, len(path) + 1):
+        segment = found.at(number)
+        if segment is None:
+            continue
+        by = path[number - 1] - path[number - 2]
+        if segment.kind == "arc" and segment.centre is not None:
+            angle = found.angle(number)
+            out[number] = Rotation(segment.centre, angle) if angle else None
+        elif segment.kind == "translation" or abs(by[1]) > found.noise:
+            out[number] = Translation((float(by[0]), float(by[1]), float(by[2])))
+        else:
+            out[number] = None
+    return out

@@ -1,0 +1,228 @@
+"""What a hologram holds: the points whose fringes sum up to it, and what must change in them."""
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh import Method, compute_field
+from chrmc.compensation.ch_rmc_paper.error_correction import RULES, match, rule_named
+from chrmc.compensation.frame import FieldMaker
+from chrmc.compensation.ledger import FrameRecord
+from chrmc.optics.footprint import reach
+from chrmc.optics.passband import Passband
+from chrmc.scene.points import PointCloud
+from chrmc.scene.scene import ObjectFrame, Scene
+from chrmc.slm import SLM
+from chrmc.window import Window
+
+PLANE_SPACING = 1e-4
+"""Depth-plane distance of scenes that name none, metres."""
+EXACT = 1e-9
+"""Metres within which the rule "exact" calls two places the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """Points of one object in the hologram.
+
+    ids : their identities, or None where unknown
+    """
+
+    cloud: PointCloud
+    ids: NDArray[np.intp] | None
+
+    @classmethod
+    def of(cls, thing: ObjectFrame) -> "Held":
+        """All that an object shows."""
+        return cls(thing.cloud, thing.ids)
+
+    @classmethod
+    def empty(cls, like: ObjectFrame) -> "Held":
+        """Nothing yet, of an object with or without identities."""
+        ids = None if like.ids is None else np.zeros(0, dtype=np.intp)
+        return cls(PointCloud.empty(), ids)
+
+    def select(self, index: NDArray[np.bool_] | NDArray[np.intp]) -> "Held":
+        """Some of the points."""
+        return Held(self.cloud.select(index), None if self.ids is None else self.ids[index])
+
+    def __len__(self) -> int:
+        return len(self.cloud)
+
+
+@dataclass(frozen=True)
+class Matcher:
+    """When a held point and one of the scene count as the same.
+
+    rule : "exact" (same place to 1 nm, same intensity), or "strict" or "tolerant" as in
+        `chrmc.compensation.ch_rmc_paper.error_correction`
+    pixel_pitch, plane_spacing : of the scene's images, metres
+    """
+
+    rule: str
+    pixel_pitch: float
+    plane_spacing: float
+
+    @classmethod
+    def of(cls, scene: Scene, matching: str | None) -> "Matcher":
+        """The matcher of a scene; default "exact" with known identities, else "strict".
+
+        An RGB-D scene's points have no place within their pixel and plane, so "exact" means
+        "strict" there.
+        """
+        if matching is None:
+            matching = "strict" if scene.form == "rgbd" else "exact"
+        if matching != "exact" and matching not in RULES:
+            raise ValueError(
+                f"unknown matching rule {matching!r}: choose one of exact, {', '.join(RULES)}"
+            )
+        if matching == "exact" and scene.form == "rgbd":
+            matching = "strict"
+        planes = getattr(scene, "planes", None)
+        return cls(matching, scene.pixel_pitch, planes.step if planes else PLANE_SPACING)
+
+    def compare(
+        self, held: Held, thing: ObjectFrame
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Masks of the held points that the scene has not, and of its points that are not held."""
+        exact = self.rule == "exact"
+        ids = None if held.ids is None or thing.ids is None else (held.ids, thing.ids)
+        found = match(
+            held.cloud,
+            thing.cloud,
+            rule_named("strict" if exact else self.rule),
+            2 * EXACT if exact else self.pixel_pitch,
+            2 * EXACT if exact else self.plane_spacing,
+            ids,
+        )
+        return found.wrong, found.missing
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """Points to take out of a hologram, and points to put in."""
+
+    removed: PointCloud
+    added: PointCloud
+
+    @property
+    def signed(self) -> PointCloud:
+        """Both as one cloud, the removed ones in opposite phase."""
+        out = PointCloud(self.removed.positions, self.removed.amplitude, self.removed.phase + np.pi)
+        return PointCloud.concatenate([out, self.added])
+
+    def __len__(self) -> int:
+        return len(self.removed) + len(self.added)
+
+
+def correct(held: Held, thing: ObjectFrame, matcher: Matcher) -> tuple[Held, Correction]:
+    """What the hologram holds after correction, and the correction.
+
+    Kept points keep their places and phases: they are what the hologram shows.
+    """
+    wrong, missing = matcher.compare(held, thing)
+    correction = Correction(held.cloud.select(wrong), thing.cloud.select(missing))
+    kept = held.select(~wrong)
+    ids = None
+    if kept.ids is not None and thing.ids is not None:
+        ids = np.concatenate([kept.ids, thing.ids[missing]])
+    return Held(PointCloud.concatenate([kept.cloud, correction.added]), ids), correction
+
+
+def showable(
+    cloud: PointCloud, slm: SLM, wavelength: float, passband: Passband
+) -> NDArray[np.bool_]:
+    """(N,) points that some pixel can show, as `chrmc.optics.footprint.check_showable` has it."""
+    z = cloud.positions[:, 2]
+    out = z > 0
+    for axis, (count, f_max) in enumerate(
+        ((slm.width, passband.fx_max), (slm.height, passband.fy_max))
+    ):
+        at = cloud.positions[:, axis]
+        index = np.clip(np.rint(at / slm.pixel_pitch + (count - 1) / 2), 0, count - 1)
+        gap = np.abs(at - (index - (count - 1) / 2) * slm.pixel_pitch)
+        out &= gap < z * reach(wavelength, f_max)
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class Computer:
+    """A CGH method with everything but the points and the window, which keeps the ledger."""
+
+    slm: SLM
+    wavelength: float
+    cgh: str | Method
+    passband: Passband
+    options: dict[str, Any]
+
+    def compute(
+        self, cloud: PointCloud, record: FrameRecord, stage: str, window: Window | None = None
+    ) -> NDArray[np.complex64]:
+        """The field of a cloud, its time booked on a stage; see `book` for the points."""
+        with record.stage(stage):
+            return compute_field(
+                cloud,
+                self.slm,
+                self.wavelength,
+                self.cgh,
+                window=window,
+                passband=self.passband,
+                **self.options,
+            )
+
+    def visible(self, held: Held) -> Held:
+        """Without the points that no pixel can show: they have no fringe to hold."""
+        mask = showable(held.cloud, self.slm, self.wavelength, self.passband)
+        return held if mask.all() else held.select(mask)
+
+    def book(self, record: FrameRecord, correction: Correction) -> None:
+        """Count a correction over the whole hologram."""
+        record.points_computed += len(correction)
+        record.points_added += len(correction.added)
+        record.points_removed += len(correction.removed)
+        record.point_pixels += len(correction) * self.slm.width * self.slm.height
+
+
+S = TypeVar("S")
+
+
+class Chain(Generic[S]):
+    """Fields that follow from one another, computed only when one is asked for.
+
+    Asking for a frame makes all frames before it. One that was passed by is made afresh from its
+    points: the same field, to the CGH method's accuracy.
+    """
+
+    def __init__(self, state: S) -> None:
+        self._state = state
+        self._pending: deque[Callable[[S], S]] = deque()
+        self._made = 0
+        self._frames = 0
+
+    def then(
+        self,
+        update: Callable[[S], S],
+        render: Callable[[S], NDArray[np.complex64]],
+        afresh: FieldMaker,
+    ) -> FieldMaker:
+        """The maker of the next frame's field.
+
+        update : state before to state after; render : a new array from the state after
+        """
+        self._pending.append(update)
+        self._frames += 1
+        number = self._frames
+
+        def make() -> NDArray[np.complex64]:
+            if self._made > number:
+                return afresh()
+            while self._made < number:
+                self._state = self._pending.popleft()(self._state)
+                self._made += 1
+            return render(self._state)
+
+        return make

@@ -1,0 +1,1 @@
+"""The motion-compensated NLUT videos that the paper compares."""

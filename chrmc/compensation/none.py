@@ -1,0 +1,67 @@
+"""No compensation: every frame computed afresh by the CGH method."""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh import Method, compute_field, curved, method_named
+from chrmc.compensation.frame import VideoFrame
+from chrmc.compensation.ledger import FrameRecord
+from chrmc.encoding import Coding
+from chrmc.optics.footprint import check_showable
+from chrmc.options import option_names
+from chrmc.scene.points import PointCloud
+from chrmc.scene.scene import Scene
+from chrmc.slm import SLM
+from chrmc.window import Window
+
+
+def frames(
+    scene: Scene,
+    slm: SLM,
+    wavelength: float,
+    cgh: str | Method,
+    numbers: range,
+    coding: Coding,
+    **options: Any,
+) -> Iterator[VideoFrame]:
+    """Every frame a key frame; `options` go to the CGH method.
+
+    With `curved` the coded signal comes straight from the points, without a complex field.
+    """
+    direct = _gives_signal(cgh, coding, options)
+    for number in numbers:
+        scene_frame = scene.frame(number)
+        cloud = scene_frame.cloud
+        record = FrameRecord(
+            number,
+            points_computed=len(cloud),
+            points_added=len(cloud),
+            point_pixels=len(cloud) * slm.width * slm.height,
+        )
+
+        def field(cloud: PointCloud = cloud, record: FrameRecord = record) -> NDArray[np.complex64]:
+            with record.stage("HC"):
+                return compute_field(
+                    cloud, slm, wavelength, cgh, passband=coding.passband, **options
+                )
+
+        def signal(cloud: PointCloud = cloud, record: FrameRecord = record) -> NDArray[np.float32]:
+            with record.stage("HC"):
+                check_showable(cloud, slm, wavelength, coding.passband)
+                return curved.signal(cloud, slm, wavelength, Window.full(slm), coding, **options)
+
+        make_signal: Callable[[], NDArray[np.float32]] | None = signal if direct else None
+        yield VideoFrame(scene_frame, record, field, make_signal)
+
+
+def _gives_signal(cgh: str | Method, coding: Coding, options: Mapping[str, Any]) -> bool:
+    """Whether the coded signal is all that is wanted, and the method makes it without a field.
+
+    Options that only `compute_field` knows, or nobody, are left to it.
+    """
+    if coding.needs_field or method_named(cgh) is not curved.field:
+        return False
+    return set(options) <= set(option_names(curved.signal)[0])

@@ -1,0 +1,1 @@
+"""Light in free space: propagation, and what a pixelated panel can diffract."""

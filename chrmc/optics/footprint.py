@@ -1,0 +1,107 @@
+"""Where a point's fringe can be shown without aliasing, and the soft edge that ends it.
+
+The footprint of a point at depth z is the rectangle |x − x_j| ≤ L_x, |y − y_j| ≤ L_y with
+L = z·tan(asin(λ·f_max)): inside it the fringe's local frequency stays below f_max. Its weight is
+1 up to 0.9 L, falls as cos² to 0 at L, and is the product of both axes.
+"""
+
+from math import asin, inf, tan
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.optics.passband import Passband
+from chrmc.scene.points import PointCloud
+from chrmc.slm import SLM
+
+SOFT_SHARE = 0.1
+"""Outer share of the half-width over which the weight falls from 1 to 0."""
+
+
+def reach(wavelength: float, f_max: float) -> float:
+    """tan(asin(λ·f_max)): half-width of a footprint per unit of depth; inf from λ·f_max = 1 on."""
+    s = wavelength * f_max
+    return tan(asin(s)) if s < 1 else inf
+
+
+def taper(offset: NDArray[Any], half_width: NDArray[Any]) -> NDArray[np.float64]:
+    """Soft weight of one axis, broadcast over offset and half_width (metres), in [0, 1]."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        u = (np.abs(offset) / half_width - (1 - SOFT_SHARE)) / SOFT_SHARE
+    u = np.clip(np.nan_to_num(u, nan=0.0, posinf=1.0, neginf=0.0), 0, 1)
+    return np.cos(np.pi / 2 * u) ** 2 * (u < 1)
+
+
+def check_showable(cloud: PointCloud, slm: SLM, wavelength: float, passband: Passband) -> None:
+    """ValueError when a point stands behind the hologram, or no pixel lies in its footprint."""
+    if not (np.isfinite(wavelength) and wavelength > 0):
+        raise ValueError(f"wavelength must be a positive length, not {wavelength} m")
+    if len(cloud) == 0:
+        return
+    z = cloud.positions[:, 2]
+    behind = z <= 0
+    if behind.any():
+        raise ValueError(
+            f"{int(behind.sum())} of {len(cloud)} points stand at or behind the hologram plane "
+            f"(smallest z {z.min() * 1e3:.4g} mm): move the scene to z > 0"
+        )
+    overshoot = np.full(len(cloud), -inf)
+    for axis, (count, f_max) in enumerate(
+        ((slm.width, passband.fx_max), (slm.height, passband.fy_max))
+    ):
+        # The nearest pixel centre to a coordinate, clipped to the panel.
+        index = np.clip(
+            np.rint(cloud.positions[:, axis] / slm.pixel_pitch + (count - 1) / 2), 0, count - 1
+        )
+        centre = (index - (count - 1) / 2) * slm.pixel_pitch
+        gap = np.abs(cloud.positions[:, axis] - centre)
+        overshoot = np.maximum(overshoot, gap - z * reach(wavelength, f_max))
+    lost = overshoot >= 0
+    if lost.any():
+        raise ValueError(
+            f"{int(lost.sum())} of {len(cloud)} points can be shown by no pixel of {slm.name}: "
+            f"up to {overshoot.max() * 1e3:.4g} mm outside what it diffracts to; move them "
+            "towards the axis or farther away"
+        )
+
+
+def coverage(
+    cloud: PointCloud, slm: SLM, wavelength: float, passband: Passband
+) -> NDArray[np.float64]:
+    """(N,) share of the SLM's pixels that lie in each point's footprint."""
+    share = np.ones(len(cloud))
+    z = cloud.positions[:, 2]
+    for axis, (count, f_max) in enumerate(
+        ((slm.width, passband.fx_max), (slm.height, passband.fy_max))
+    ):
+        half = z * reach(wavelength, f_max)
+        edge = (count / 2) * slm.pixel_pitch
+        low = np.maximum(cloud.positions[:, axis] - half, -edge)
+        high = np.minimum(cloud.positions[:, axis] + half, edge)
+        share *= np.clip((high - low) / (2 * edge), 0, 1)
+    return share
+
+
+def expected_power(
+    cloud: PointCloud, slm: SLM, wavelength: float, passband: Passband
+) -> NDArray[np.float64]:
+    """(N,) mean over all pixels of (a/z)²·weight²; r and z differ by 0.1 % at most at 1.88°.
+
+    Points of random phase add in power, so the sum over points is the mean intensity that the
+    field is expected to have: it sets a video's grey scale without computing a field.
+    """
+    if len(cloud) == 0:
+        return np.zeros(0)
+    z = cloud.positions[:, 2]
+    power = (cloud.amplitude / z) ** 2
+    for axis, (pixels, f_max) in enumerate(
+        ((slm.x(), passband.fx_max), (slm.y(), passband.fy_max))
+    ):
+        # 65 samples resolve the soft edge to better than the scale needs (a few per cent of it).
+        samples = np.linspace(pixels[0], pixels[-1], 65)
+        weight = taper(
+            samples - cloud.positions[:, axis, None], (z * reach(wavelength, f_max))[:, None]
+        )
+        power = power * np.mean(weight**2, axis=1)
+    return power

@@ -1,0 +1,236 @@
+"""Object-centred CH-RMC against the float64 sum of spherical waves, frame by frame."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import chrmc
+from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
+from chrmc.compensation.ch_rmc_object.sphere import Sphere, View, coordinates
+from chrmc.encoding import coding_for
+from chrmc.reference import reference_samples, relative_error
+from chrmc.scene.point_scene import PointScene
+from chrmc.scene.scene import ObjectFrame, Pose, SceneFrame
+
+PANEL = SLM("a quarter of the paper's", 320, 200, 16e-6)
+Motion = Callable[[int], tuple[np.ndarray, np.ndarray]]
+
+
+def body(count: int, size: tuple[float, float, float], seed: int) -> PointCloud:
+    random = np.random.default_rng(seed)
+    return PointCloud(
+        (random.random((count, 3)) - 0.5) * size,
+        random.uniform(0.3, 1, count),
+        random.uniform(0, 6.3, count),
+    )
+
+
+def moving(motion: Motion, count: int, shown: float = 1.0, points: int = 90) -> PointScene:
+    """A still object and one that moves, a share of whose points is seen at a time."""
+    random = np.random.default_rng(3)
+    level = random.random(points)
+
+    def visible(number: int) -> np.ndarray:
+        return np.asarray((level + 0.04 * number) % 1 <= shown)
+
+    poses = []
+    for k in range(count):
+        rotation, place = motion(k)
+        poses.append(Pose(Rotation.from_rotvec(rotation).as_matrix(), np.asarray(place)))
+    still = Pose(Rotation.from_rotvec([0.1, 0.5, 0]).as_matrix(), np.array([-4e-4, -5e-4, 0.21]))
+    return PointScene(
+        "two",
+        {"mover": body(points, (8e-4, 4e-4, 5e-4), 1), "rest": body(60, (4e-4,) * 3, 2)},
+        {"mover": poses, "rest": [still]},
+        {"mover": visible},
+    )
+
+
+def check_frames(scene: PointScene, slm: SLM, tolerance: float, encoding: str) -> list[bool]:
+    coding = coding_for(encoding, slm)
+    random = np.random.default_rng(0)
+    rows, columns = random.integers(0, slm.height, 500), random.integers(0, slm.width, 500)
+    carrier = np.exp(2j * np.pi * coding.carrier * slm.y(rows))
+    keys = []
+    for frame in chrmc.video(
+        scene, slm, cgh="curved", compensation="ch-rmc", coding=coding, tolerance=tolerance
+    ):
+        truth = reference_samples(
+            frame.cloud, slm, WAVELENGTH, rows, columns, passband=coding.passband
+        )
+        error = relative_error(frame.field[rows, columns], truth)
+        assert error <= tolerance, f"frame {frame.number}"
+        assert frame.record.error_predicted is not None
+        assert frame.record.error_predicted <= tolerance
+        assert frame.record.error_predicted >= error / 3
+        assert frame.signal is not None and frame.signal.dtype == np.float32
+        signal = (truth * carrier).real
+        assert np.linalg.norm(frame.signal[rows, columns] - signal) <= (
+            1.2 * tolerance * np.linalg.norm(signal)
+        )
+        keys.append(frame.record.key)
+    return keys
+
+
+MOTIONS: dict[str, Motion] = {
+    "about y, on an arc": lambda k: ([0, 0.05 * k, 0], [4e-4 - 1e-4 * k, 3e-4, 0.2 + 1e-4 * k]),
+    "about x": lambda k: ([0.05 * k, 0, 0], [3e-4, 2e-4, 0.2]),
+    "about z": lambda k: ([0, 0, 0.05 * k], [3e-4, 2e-4, 0.2]),
+    "about all axes": lambda k: ([0.04 * k, 0.06 * k, -0.05 * k], [3e-4, 2e-4, 0.2]),
+    "approach": lambda k: ([0, 0.02 * k, 0], [3e-4, 2e-4, 0.25 - 0.008 * k]),
+    "a million-millionth of a radian": lambda k: ([0, 1e-12 * k, 1e-12 * k], [3e-4, 2e-4, 0.2]),
+}
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_any_rigid_motion_from_one_key_frame(name: str) -> None:
+    keys = check_frames(moving(MOTIONS[name], 6, shown=0.7), PANEL, 1e-3, "ssb")
+    assert keys == [True] + [False] * 5
+
+
+@pytest.mark.parametrize("encoding", ["ssb", "real"])
+def test_one_key_frame_at_a_hundred_thousandth(encoding: str) -> None:
+    keys = check_frames(moving(MOTIONS["about all axes"], 4, 0.7), PANEL, 1e-5, encoding)
+    assert keys == [True] + [False] * 3
+
+
+@pytest.mark.parametrize("axis", [[0, 1, 0], [1, 0, 0], [0, 0, 1], [0.6, 0.0, 0.8]])
+def test_half_turns_are_keyed_anew_as_often_as_they_need(axis: list[float]) -> None:
+    scene = moving(lambda k: (np.pi / 3 * k * np.array(axis), [3e-4, 2e-4, 0.2]), 4)
+    keys = check_frames(scene, PANEL, 1e-3, "real")
+    assert keys[0] and len(keys) == 4
+
+
+def test_motion_against_the_eye_needs_the_new_reference_wave() -> None:
+    # The same sphere, without following the centre, is plainly wrong: the test can fail.
+    scene = moving(MOTIONS["about y, on an arc"], 3)
+    frames = list(chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc", coding="real"))
+    assert relative_error(frames[0].field, frames[2].field) > 0.5
+
+
+def test_appeared_and_vanished_points_are_counted_and_are_all_that_is_computed() -> None:
+    scene = moving(MOTIONS["about y, on an arc"], 4, shown=0.7)
+    made = list(chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc"))
+    first = set(np.asarray(scene.frame(1).objects[0].ids).tolist())
+    for frame in made[1:]:
+        now = set(np.asarray(frame.scene_frame.objects[0].ids).tolist())
+        assert frame.record.points_added == len(now - first) > 0
+        assert frame.record.points_removed == len(first - now) > 0
+        assert frame.record.points_computed == len(now ^ first)
+
+
+def test_frames_may_be_skipped_or_asked_for_backwards() -> None:
+    scene = moving(MOTIONS["about all axes"], 4, shown=0.7)
+    one = list(chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc", coding="ssb"))
+    two = list(chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc", coding="ssb"))
+    signals = [frame.signal for frame in one]
+    for number in (3, 1):
+        np.testing.assert_allclose(two[number].signal, signals[number], rtol=0, atol=2e-2)
+
+
+def test_a_scene_at_rest_is_made_once() -> None:
+    scene = moving(lambda k: ([0, 0, 0], [3e-4, 2e-4, 0.2]), 3, shown=2.0)
+    frames = list(chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc", coding="ssb"))
+    assert [frame.record.key for frame in frames] == [True, False, False]
+    assert [frame.record.points_computed for frame in frames] == [150, 0, 0]
+    np.testing.assert_allclose(frames[2].signal, frames[0].signal, atol=1e-2)
+    np.testing.assert_array_equal(frames[2].signal, frames[1].signal)
+
+
+class Quantised:
+    """Frames whose points have no identity, as RGB-D images give them."""
+
+    name, form, frame_count, object_names = "quantised", "rgbd", 2, ("mover",)
+    wavelength, pixel_pitch = None, 4e-5
+
+    def __init__(self, scene: PointScene) -> None:
+        self._scene = scene
+
+    def frame(self, number: int) -> SceneFrame:
+        cloud = self._scene.frame(number).objects[0].cloud
+        return SceneFrame(number, (ObjectFrame("mover", cloud),))
+
+
+def test_unknown_identities_are_keyed_in_every_frame_that_differs() -> None:
+    moves = Quantised(moving(MOTIONS["about x"], 2))
+    rests = Quantised(moving(lambda k: ([0, 0, 0], [3e-4, 2e-4, 0.2]), 2, shown=2.0))
+    for scene, expected in ((moves, [True, True]), (rests, [True, False])):
+        frames = list(chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc"))
+        assert [frame.record.key for frame in frames] == expected
+        for frame in frames:
+            truth = chrmc.reference_field(frame.cloud, PANEL, WAVELENGTH, rows=[7, 150])
+            assert relative_error(frame.field[[7, 150]], truth) <= 1e-3
+
+
+def test_other_cgh_methods_and_bad_tolerances_are_refused() -> None:
+    scene = moving(MOTIONS["about x"], 2)
+    with pytest.raises(ValueError, match="choose cgh curved, or surface paper"):
+        next(chrmc.video(scene, PANEL, cgh="rt", compensation="ch-rmc", surface="object"))
+    with pytest.raises(ValueError, match="tolerance must lie between"):
+        next(chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc", tolerance=1.0))
+
+
+def test_three_frames_of_the_built_in_scene_at_full_size() -> None:
+    random = np.random.default_rng(0)
+    rows, columns = random.integers(0, 1200, 300), random.integers(0, 1920, 300)
+    coding = coding_for("ssb", LC_R_1080)
+    frames = list(
+        chrmc.video(
+            chrmc.load_scene("car-house-deep"), LC_R_1080, cgh="curved", compensation="ch-rmc",
+            coding=coding, frames=(1, 3),
+        )
+    )  # fmt: skip
+    assert [frame.record.key for frame in frames] == [True, False, False]
+    truth = reference_samples(
+        frames[2].cloud, LC_R_1080, WAVELENGTH, rows, columns, passband=coding.passband
+    )
+    assert relative_error(frames[2].field[rows, columns], truth) <= 1e-3
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
+@pytest.mark.parametrize("name", ["car-house", "car-house-deep"])
+@pytest.mark.parametrize("encoding", ["ssb", "real"])
+def test_all_frames_of_the_built_in_scenes_from_one_key_frame(
+    name: str, tolerance: float, encoding: str
+) -> None:
+    scene = chrmc.load_scene(name)
+    keys = check_frames(scene, LC_R_1080, tolerance, encoding)  # type: ignore[arg-type]
+    assert keys == [True] + [False] * 79
+
+
+@pytest.mark.parametrize("taps", [4, 8, 12])
+def test_taps_reproduce_polynomials_and_the_error_of_oscillations(taps: int) -> None:
+    at = np.random.default_rng(0).uniform(20, 30, 400)
+    first, weight = taps.weights(at, taps)
+    grid = np.arange(60.0)
+    for degree in range(taps):
+        got = sum(w * ((grid[first + k] - 25) / 9) ** degree for k, w in enumerate(weight))
+        np.testing.assert_allclose(got, ((at - 25) / 9) ** degree, atol=1e-11)
+    theta = 0.5
+    got = sum(w * np.exp(1j * theta * grid[first + k]) for k, w in enumerate(weight))
+    rms = np.sqrt(np.mean(np.abs(got - np.exp(1j * theta * at)) ** 2))
+    assert 0.5 < rms / taps.rms_error(theta, taps) < 1.5
+
+
+def test_the_sphere_holds_the_light_of_its_points_in_all_its_directions_and_ranges() -> None:
+    points = body(60, (8e-4, 4e-4, 6e-4), 6)
+    view = View((0.0, 0.18), (-0.01, 0.1), (1 / 0.245, 1 / 0.235), 0.2)
+    sphere = Sphere.empty((6e-4, 2e-4), view, WAVELENGTH, 1e-4)
+    sphere.add(points)
+    turn = Rotation.from_rotvec([0.05, -0.1, 0.1]).as_matrix()
+    centre = np.array([1e-3, -5e-4, 0.24])
+    x, y = np.linspace(-5e-3, 5e-3, 23), np.linspace(-3e-3, 3e-3, 17)
+    got = sphere.look_up(turn, centre, x, y)
+    q = np.stack(np.broadcast_arrays(x - centre[0], y[:, None] - centre[1], -centre[2]))
+    q = np.einsum("ij,jyx->iyx", turn, q)
+    rho = np.linalg.norm(q, axis=0)
+    r = np.linalg.norm(q[..., None] - points.positions.T[:, None, None, :], axis=0)
+    phase = 2 * np.pi / WAVELENGTH * (r - rho[..., None]) + points.phase
+    exact = np.sum(points.amplitude * rho[..., None] / r * np.exp(1j * phase), axis=-1)
+    error = relative_error(got, exact)
+    assert error <= 1e-4
+    assert error / 3 <= sphere.expected_error(points) <= 0.5e-4
+    assert coordinates(np.array([0.0, 0.0, -1.0])) == (0, 0, 1)

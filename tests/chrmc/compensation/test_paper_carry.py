@@ -1,0 +1,198 @@
+"""One step of motion: what is carried is right, and reused and filled parts meet exactly."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import chrmc
+from chrmc.compensation.ch_rmc_paper.blank import difference, extent, intersection
+from chrmc.compensation.ch_rmc_paper.carry import (
+    Rotation,
+    Step,
+    Translation,
+    carried_window,
+    carry,
+    moved,
+)
+from chrmc.compensation.ledger import FrameRecord
+from chrmc.encoding import coding_for
+from chrmc.optics.footprint import reach, taper
+from chrmc.optics.passband import Passband
+from chrmc.optics.propagation import propagate
+from chrmc.reference import relative_error
+from chrmc.slm import SLM, WAVELENGTH
+from chrmc.window import Window
+
+PANEL = SLM("panel", 480, 240, 8.1e-6)
+RADIUS = 0.145
+DEPTH = 0.25
+
+
+def body(middle: tuple[float, float, float], seed: int = 0, count: int = 40) -> chrmc.PointCloud:
+    rng = np.random.default_rng(seed)
+    positions = rng.uniform(-1, 1, (count, 3)) * [3e-4, 2e-4, 2e-4] + middle
+    return chrmc.PointCloud(positions, rng.uniform(0.3, 1, count), rng.uniform(0, 6.28, count))
+
+
+def step_of(
+    cloud: chrmc.PointCloud, step: Rotation | Translation, slm: SLM, passband: Passband
+) -> tuple[np.ndarray, np.ndarray, Window]:
+    """Carried field, field of the moved points, and the window on which they should agree."""
+    field = chrmc.compute_field(cloud, slm, WAVELENGTH, passband=passband)
+    after = moved(cloud, step)
+    carried, _ = carry(field, cloud.centroid, step, slm, WAVELENGTH, RADIUS, FrameRecord(1))
+    truth = chrmc.compute_field(after, slm, WAVELENGTH, passband=passband)
+    return carried, truth, carried_window(cloud, after, step, slm, WAVELENGTH, passband)
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+@pytest.mark.parametrize("coding", ["real", "ssb"])
+def test_about_its_own_centre(sign: int, coding: str) -> None:
+    cloud = body((1e-4, -5e-5, DEPTH))
+    step = Rotation((1e-4, DEPTH), sign * 2e-3)
+    passband = coding_for(coding, PANEL).passband
+    carried, truth, window = step_of(cloud, step, PANEL, passband)
+    lost = abs(DEPTH * step.angle) / PANEL.pixel_pitch
+    assert window.shape == (240, pytest.approx(480 - lost, abs=8))
+    assert (window.column0 > 0) == (sign < 0)
+    assert relative_error(carried[window.slices], truth[window.slices]) < 0.03
+    # Not for want of motion: the field before is wrong altogether.
+    before = chrmc.compute_field(cloud, PANEL, WAVELENGTH, passband=passband)
+    assert relative_error(before[window.slices], truth[window.slices]) > 0.5
+
+
+@pytest.mark.parametrize(
+    ("middle", "centre", "angle"),
+    [
+        ((3e-4, 0.0, DEPTH), (-1e-4, DEPTH + 0.015), 2e-3),
+        ((-2e-4, 1e-4, DEPTH), (8e-4, DEPTH + 0.03), -3e-3),
+        ((0.0, 0.0, DEPTH), (5e-4, DEPTH - 0.02), 1.7e-3),
+    ],
+)
+def test_on_an_arc(
+    middle: tuple[float, float, float], centre: tuple[float, float], angle: float
+) -> None:
+    passband = coding_for("real", PANEL).passband
+    carried, truth, window = step_of(body(middle), Rotation(centre, angle), PANEL, passband)
+    assert relative_error(carried[window.slices], truth[window.slices]) < 0.05
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(0, 10), (-7, 0), (12, -5), (1, 1)])
+def test_translation_by_whole_pixels_is_exact_to_the_edge(columns: int, rows: int) -> None:
+    passband = coding_for("real", PANEL).passband
+    step = Translation((columns * PANEL.pixel_pitch, rows * PANEL.pixel_pitch, 0.0))
+    carried, truth, window = step_of(body((0.0, 0.0, DEPTH), 0, count=10), step, PANEL, passband)
+    assert relative_error(carried[window.slices], truth[window.slices]) < 2e-6
+
+
+@given(st.floats(-3e-4, 3e-4), st.floats(-2e-4, 2e-4), st.floats(-4e-4, 4e-4), st.integers(0, 99))
+@settings(max_examples=8, deadline=None)
+def test_translation_is_exact(x: float, y: float, z: float, seed: int) -> None:
+    passband = coding_for("real", PANEL).passband
+    step = Translation((x, y, z))
+    carried, truth, window = step_of(body((0.0, 0.0, DEPTH), seed, count=10), step, PANEL, passband)
+    assert window.size > 0.5 * PANEL.width * PANEL.height
+    # The panel's own edges ring when the object moves in depth or by a fraction of a pixel.
+    inner = intersection(window, Window(30, 210, 60, 420))
+    limit = 0.02 if z else 0.01
+    assert relative_error(carried[inner.slices], truth[inner.slices]) < limit
+
+
+def test_there_and_back_returns_the_start_on_the_overlap() -> None:
+    cloud = body((2e-4, 0.0, DEPTH))
+    passband = coding_for("real", PANEL).passband
+    there = Rotation((-1e-4, DEPTH + 0.015), 2e-3)
+    back = Rotation(there.centre, -there.angle)
+    start = chrmc.compute_field(cloud, PANEL, WAVELENGTH, passband=passband)
+    record = FrameRecord(1)
+    middle = cloud.centroid
+    field, cylinder = carry(start, middle, there, PANEL, WAVELENGTH, RADIUS, record)
+    middle = moved(cloud, there).centroid
+    field, _ = carry(field, middle, back, PANEL, WAVELENGTH, RADIUS, record, cylinder)
+    lost = int(np.ceil(there.centre[1] * there.angle / PANEL.pixel_pitch)) + 6
+    overlap = (slice(None), slice(lost, -lost))
+    assert relative_error(field[overlap], start[overlap]) < 0.01
+    assert set(record.stage_seconds) == {"PA", "CON", "RMC"}
+
+
+def test_the_object_moves_where_the_rotation_takes_it() -> None:
+    slm = SLM("wide", 480, 240, 8.1e-6)
+    point = chrmc.PointCloud(
+        np.array([[-60.5 * 8.1e-6, 10.5 * 8.1e-6, 0.06]]), np.ones(1), np.ones(1)
+    )
+    step = Rotation((0.0, 0.08), 0.02)
+    passband = coding_for("real", slm).passband
+    field = chrmc.compute_field(point, slm, WAVELENGTH, passband=passband)
+    carried, _ = carry(field, point.centroid, step, slm, WAVELENGTH, 0.04, FrameRecord(1))
+    after = moved(point, step).positions[0]
+    assert after[0] < point.positions[0, 0]  # a positive angle carries the front towards −x
+    image = np.abs(propagate(carried, slm.pixel_pitch, WAVELENGTH, -after[2])) ** 2
+    row, column = np.unravel_index(np.argmax(image), image.shape)
+    assert slm.x(column) == pytest.approx(after[0], abs=1.6 * slm.pixel_pitch)
+    assert slm.y(row) == pytest.approx(after[1], abs=0.6 * slm.pixel_pitch)
+
+
+windows = st.builds(
+    lambda a, b, c, d: Window(min(a, b), max(a, b), min(c, d), max(c, d)),
+    *[st.integers(0, 30) for _ in range(4)],
+)
+
+
+@given(windows, windows)
+def test_difference_and_intersection_share_out_a_window(whole: Window, part: Window) -> None:
+    count = np.zeros((30, 30), dtype=int)
+    count[intersection(whole, part).slices] += 1
+    for piece in difference(whole, part):
+        assert piece.size > 0
+        count[piece.slices] += 1
+    expected = np.zeros((30, 30), dtype=int)
+    expected[whole.slices] = 1
+    np.testing.assert_array_equal(count, expected)
+
+
+steps = st.one_of(
+    st.builds(
+        lambda x, dz, angle: Rotation((x, DEPTH + dz), angle),
+        st.floats(-2e-3, 2e-3), st.floats(-0.02, 0.05), st.floats(-0.01, 0.01),
+    ),
+    st.builds(
+        lambda x, y, z: Translation((x, y, z)),
+        st.floats(-2e-3, 2e-3), st.floats(-1e-3, 1e-3), st.floats(-5e-3, 5e-3),
+    ),
+    st.none(),
+)  # fmt: skip
+
+
+@given(steps, st.floats(-6e-3, 6e-3), st.sampled_from(["real", "ssb"]), st.integers(0, 9))
+@settings(max_examples=60, deadline=None)
+def test_reused_and_filled_cover_the_footprint_once(
+    step: Step, x: float, coding: str, seed: int
+) -> None:
+    slm = SLM("long", 1600, 60, 8.1e-6)
+    passband = coding_for(coding, slm).passband
+    before = body((x, 0.0, DEPTH), seed, count=6)
+    after = moved(before, step)
+    reused = carried_window(before, after, step, slm, WAVELENGTH, passband)
+    whole = extent(after, slm, WAVELENGTH, passband)
+    count = np.zeros(slm.shape, dtype=int)
+    count[intersection(reused, whole).slices] += 1
+    for piece in difference(whole, reused):
+        count[piece.slices] += 1
+    lit = np.zeros(slm.shape, dtype=bool)
+    for xj, yj, zj in after.positions:
+        half_x, half_y = (
+            np.array(zj * reach(WAVELENGTH, f)) for f in (passband.fx_max, passband.fy_max)
+        )
+        lit |= (taper(slm.y() - yj, half_y)[:, None] * taper(slm.x() - xj, half_x)) > 0
+    assert count.max(initial=0) <= 1
+    assert np.all(count[lit] == 1)
+    if isinstance(step, Rotation) and reused.size:
+        # Reused columns: on the panel before, and inside the flat part of every footprint.
+        x_now = slm.x(reused.columns)
+        x_then = x_now + step.centre[1] * np.tan(step.angle)
+        assert np.abs(x_then).max() <= slm.x()[-1]
+        for now, then in zip(after.positions, before.positions, strict=True):
+            tangent = reach(WAVELENGTH, passband.fx_max)
+            assert np.abs(x_now - now[0]).max() <= 0.9 * now[2] * tangent + 1e-12
+            assert np.abs(x_then - then[0]).max() <= 0.9 * then[2] * tangent + 1e-12

@@ -1,0 +1,66 @@
+"""Image measures see what was done to a field: moved, defocused, made noisy."""
+
+import numpy as np
+import pytest
+
+import chrmc
+from chrmc.compensation.ch_rmc_paper.image_measures import BEST_PSNR, image_measures
+from chrmc.optics.propagation import propagate
+from chrmc.scene.scene import ObjectFrame, SceneFrame
+from chrmc.slm import SLM, WAVELENGTH
+
+PANEL = SLM("panel", 480, 480, 8.1e-6)
+DEPTH = 0.06
+
+
+def some_object(shift: float = 0.0) -> ObjectFrame:
+    rng = np.random.default_rng(2)
+    positions = rng.uniform(-1, 1, (25, 3)) * [3e-4, 3e-4, 0] + [shift, 0, DEPTH]
+    return ObjectFrame("thing", chrmc.PointCloud(positions, np.ones(25), rng.uniform(0, 6, 25)))
+
+
+def field_of(thing: ObjectFrame) -> np.ndarray:
+    return chrmc.compute_field(thing.cloud, PANEL, WAVELENGTH)
+
+
+@pytest.fixture(scope="module")
+def truth() -> np.ndarray:
+    return field_of(some_object())
+
+
+def measured(field: np.ndarray, truth: np.ndarray) -> dict[str, float]:
+    frame = SceneFrame(1, (some_object(), ObjectFrame("dark", chrmc.PointCloud.empty())))
+    found = image_measures(PANEL, WAVELENGTH)(field, truth, frame)
+    assert set(found) == {"thing"}
+    return found["thing"]
+
+
+def test_equal_fields(truth: np.ndarray) -> None:
+    same = measured(truth, truth)
+    assert same["psnr"] == BEST_PSNR and same["ssim"] == pytest.approx(1)
+    assert same["shift_x"] == same["shift_y"] == same["focus_shift"] == 0
+    assert same["focus"] == pytest.approx(DEPTH, abs=1e-4)
+
+
+def test_a_moved_object(truth: np.ndarray) -> None:
+    moved = measured(field_of(some_object(3 * PANEL.pixel_pitch)), truth)
+    assert moved["shift_x"] == pytest.approx(3 * PANEL.pixel_pitch, rel=0.1)
+    assert abs(moved["shift_y"]) < 1e-6
+    assert moved["psnr"] < 30
+
+
+def test_a_defocused_object(truth: np.ndarray) -> None:
+    # Light carried on by +d shows the object d farther away.
+    far = measured(propagate(truth, PANEL.pixel_pitch, WAVELENGTH, 4e-4), truth)
+    assert far["focus_shift"] == pytest.approx(4e-4, abs=6e-5)
+
+
+def test_noise_lowers_psnr_as_it_must(truth: np.ndarray) -> None:
+    rng = np.random.default_rng(0)
+    noise = rng.normal(size=(2, *PANEL.shape)) * np.sqrt(np.mean(np.abs(truth) ** 2) / 2)
+    values = [
+        measured(truth + s * (noise[0] + 1j * noise[1]).astype(np.complex64), truth)["psnr"]
+        for s in (0.1, 0.4)
+    ]
+    # Cross terms of light and noise grow with the amplitude: 12 dB for a factor of 4.
+    assert values[0] - values[1] == pytest.approx(12, abs=3)
