@@ -204,7 +204,7 @@ def test_all_frames_of_the_built_in_scenes_from_one_key_frame(
 @pytest.mark.parametrize("taps", [4, 8, 12])
 def test_taps_reproduce_polynomials_and_the_error_of_oscillations(taps: int) -> None:
     at = np.random.default_rng(0).uniform(20, 30, 400)
-    first, weight = taps.weights(at, taps)
+    first, weight = interpolation.weights(at, taps)
     grid = np.arange(60.0)
     for degree in range(taps):
         got = sum(w * ((grid[first + k] - 25) / 9) ** degree for k, w in enumerate(weight))
@@ -212,7 +212,7 @@ def test_taps_reproduce_polynomials_and_the_error_of_oscillations(taps: int) -> 
     theta = 0.5
     got = sum(w * np.exp(1j * theta * grid[first + k]) for k, w in enumerate(weight))
     rms = np.sqrt(np.mean(np.abs(got - np.exp(1j * theta * at)) ** 2))
-    assert 0.5 < rms / taps.rms_error(theta, taps) < 1.5
+    assert 0.5 < rms / interpolation.rms_error(theta, taps) < 1.5
 
 
 def test_the_sphere_holds_the_light_of_its_points_in_all_its_directions_and_ranges() -> None:
