@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import chrmc
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
+from chrmc.compensation.ch_rmc_object import taps as interpolation
 from chrmc.compensation.ch_rmc_object.sphere import Sphere, View, coordinates
 from chrmc.encoding import coding_for
 from chrmc.reference import reference_samples, relative_error
