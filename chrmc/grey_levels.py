@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 
 from chrmc.encoding import Coding, coding_for
 from chrmc.optics.footprint import expected_power
-from chrmc.optics.propagation import workers
 from chrmc.response import GreyResponse
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
+from chrmc.threads import workers
 
 SIGMAS = 3.0
 """Signal clipped at this many standard deviations: 0.3 % of pixels, 59 dB in the reconstruction."""

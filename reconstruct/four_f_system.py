@@ -31,10 +31,10 @@ from chrmc.optics.propagation import (
     soft_edge,
     spread,
     transfer_function,
-    workers,
 )
 from chrmc.response import GreyResponse
 from chrmc.slm import SLM
+from chrmc.threads import workers
 from reconstruct.bench import Bench
 
 GAIN = 4.0

@@ -16,11 +16,11 @@ from chrmc.cgh.curved.assembly import row_runs
 from chrmc.cgh.curved.parallel import spread
 from chrmc.encoding import Coding, coding_for
 from chrmc.optics.footprint import reach
-from chrmc.optics.propagation import workers
 from chrmc.reference import reference_samples
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
+from chrmc.threads import workers
 from chrmc.window import Window
 
 Encode = Callable[[NDArray[np.float32]], NDArray[np.uint8]]

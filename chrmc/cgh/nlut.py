@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from chrmc.cgh.pfp import DEPTH_STEP, FORMS, PFPTable, Placed, axis_factors, quadrant
 from chrmc.optics.footprint import reach
 from chrmc.optics.passband import Passband
-from chrmc.optics.propagation import workers
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
+from chrmc.threads import workers
 from chrmc.window import Window
 
 new_cache = PFPTable

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from chrmc.optics.footprint import reach, taper
 from chrmc.optics.passband import Passband
-from chrmc.optics.propagation import workers
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
+from chrmc.threads import workers
 from chrmc.window import Window
 
 _POINTS = 256  # whose tables are held at once

@@ -27,9 +27,10 @@ from numpy.typing import NDArray
 
 from chrmc.optics.footprint import reach, taper
 from chrmc.optics.passband import Passband
-from chrmc.optics.propagation import cycles_to_phasor, transfer_function, workers
+from chrmc.optics.propagation import cycles_to_phasor, transfer_function
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
+from chrmc.threads import workers
 from chrmc.window import Window
 
 NEAR = 5e-3

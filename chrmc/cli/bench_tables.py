@@ -144,7 +144,7 @@ def chosen(pairs: Sequence[Pair], only: str | None) -> list[Pair]:
 
 def machine(slm: SLM, encoding: str) -> str:
     """What the times were measured on and of."""
-    from chrmc.optics.propagation import workers
+    from chrmc.threads import workers
 
     return (
         f"{slm.width} × {slm.height} pixels of {slm.pixel_pitch * 1e6:g} µm, encoding {encoding}; "

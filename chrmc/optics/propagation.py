@@ -5,7 +5,6 @@ along −z: propagating the hologram's field by −d shows it at depth z = d, wh
 depth are in focus.
 """
 
-import os
 from collections import OrderedDict
 from dataclasses import dataclass
 from math import ceil, isfinite, sqrt
@@ -15,13 +14,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-
-def workers() -> int:
-    """Threads that FFTs and thread pools here use: one for each core this process may run on."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on Windows or macOS
-        return os.cpu_count() or 1
+from chrmc.threads import workers
 
 
 def cycles_to_phasor(cycles: NDArray[np.float64]) -> NDArray[np.complex64]:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from chrmc.optics.propagation import workers
 from chrmc.scene.exr import read_exr
 from chrmc.scene.rgbd import RGBDFrame
 from chrmc.scene.rgbd_scene import RGBDScene
 from chrmc.scene.scene_json import Description, read_description
+from chrmc.threads import workers
 
 WHOLE_SCENE = "scene"
 """Name of the only object of frames without ids."""

@@ -12,9 +12,10 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from chrmc.optics.propagation import Patch, transfer_function, workers
+from chrmc.optics.propagation import Patch, transfer_function
 from chrmc.response import GreyResponse
 from chrmc.store import Video
+from chrmc.threads import workers
 from reconstruct import metrics
 from reconstruct.bench import Bench, Filter
 from reconstruct.focus import Focus, find_focus

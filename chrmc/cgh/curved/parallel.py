@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 
 from threadpoolctl import ThreadpoolController
 
-from chrmc.optics.propagation import workers
+from chrmc.threads import workers
 
 T = TypeVar("T")
 R = TypeVar("R")

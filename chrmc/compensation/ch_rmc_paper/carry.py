@@ -14,9 +14,10 @@ from chrmc.compensation.ch_rmc_paper.cylinder import Cylinder, cylinder_at, turn
 from chrmc.compensation.ledger import FrameRecord
 from chrmc.optics.footprint import reach
 from chrmc.optics.passband import Passband
-from chrmc.optics.propagation import cycles_to_phasor, padded_shape, transfer_function, workers
+from chrmc.optics.propagation import cycles_to_phasor, padded_shape, transfer_function
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
+from chrmc.threads import workers
 from chrmc.window import Window
 
 

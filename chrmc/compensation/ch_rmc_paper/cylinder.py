@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 
 from chrmc.compensation.ch_rmc_paper.conversion import conversion_table, gap, sagitta
 from chrmc.optics.footprint import taper
-from chrmc.optics.propagation import cycles_to_phasor, transfer_function, workers
+from chrmc.optics.propagation import cycles_to_phasor, transfer_function
 from chrmc.slm import SLM
+from chrmc.threads import workers
 
 _ROOM = 256  # columns into which a rotation may carry light before it comes back on the other side
 
