@@ -267,15 +267,15 @@ def product_rate(cloud: PointCloud, slm: SLM, wavelength: float, rounds: int = 1
     shapes = []
     for factor in made.factors:
         ny = 2 * factor.real.shape[0]
-        for panel in factor.axis_x.panels:
-            shapes.append((ny, 2 * panel.node_count, panel.target_count))
+        for block in factor.axis_x.blocks:
+            shapes.append((ny, 2 * block.node_count, block.target_count))
     # Factors that cover the same columns stand side by side in the products of a run of rows.
     for rows, covering in row_runs(made.factors, slm.height):
         deep: dict[int, int] = {}
-        for number, panel in covering:
+        for number, block in covering:
             across = made.factors[number].axis_x.targets
             columns = across.stop - across.start
-            deep[columns] = deep.get(columns, 0) + 2 * panel.node_count
+            deep[columns] = deep.get(columns, 0) + 2 * block.node_count
         shapes += [(rows.stop - rows.start, k, columns) for columns, k in deep.items()]
     work = [
         (random.random((m, k), dtype=np.float32), random.random((k, n), dtype=np.float32),

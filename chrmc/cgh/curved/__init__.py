@@ -6,6 +6,7 @@ the hologram is A_y·M·A_x: two matrix products, no per-pixel transcendental.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +20,12 @@ from chrmc.cgh.curved.assembly import (
     reference_cycles,
     sum_signals,
 )
-from chrmc.cgh.curved.baseband import factor_steps
+from chrmc.cgh.curved.baseband import make_factor
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import BEARABLE, SMALL, direct_field
 from chrmc.cgh.curved.nodes import Line
-from chrmc.cgh.curved.parallel import alone, finished, side_by_side
-from chrmc.cgh.curved.predict import ROUNDING, Budget
+from chrmc.cgh.curved.parallel import alone, spread
+from chrmc.cgh.curved.predict import Budget, error_allowed
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import reach
 from chrmc.optics.passband import Passband
@@ -107,16 +108,13 @@ def low_rank(
     parts = sorted(clusters.split(cloud, plane), key=len, reverse=True)
     aim = tolerance
     for _ in range(4):
-        works = [factor_steps(part, lines, plane, aim) for part in parts]
-        made = finished(side_by_side(works))
-        factors = [factor for factor, _ in made]
-        budget = sum((its for _, its in made), Budget(0.0, 0.0))
-        # Few nodes see one draw of the points' phases, which may lie far from the mean.
-        few = min(min(factor.real.shape) for factor in factors) < 12
-        limit = min(0.8, 0.5 + ROUNDING / tolerance) if few else 0.8
-        if budget.relative <= limit * tolerance:
+        summed = spread(partial(make_factor, targets=lines, plane=plane, tolerance=aim), parts)
+        factors = [factor for factor, _ in summed]
+        budget = sum((budget for _, budget in summed), Budget(0.0, 0.0))
+        allowed = error_allowed(factors, tolerance)
+        if budget.relative <= allowed:
             return LowRank(factors, parts, budget)
-        aim *= max(0.7 * limit * tolerance / budget.relative, 1e-3)
+        aim *= max(0.7 * allowed / budget.relative, 1e-3)
     raise ValueError(
         f"the curved method cannot promise a tolerance of {tolerance:g} here: it expects an error "
         f"of {budget.relative:.3g}, as where waves all but cancel; allow "

@@ -4,7 +4,7 @@ A_x and A_y hold the interpolation from the nodes and the phase of the reference
 holds the carrier, so that Re(field·carrier) comes out as float32 without a complex field.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -13,8 +13,8 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.nodes import Axis, Panel
-from chrmc.cgh.curved.parallel import Pieces, run_all, spread
+from chrmc.cgh.curved.nodes import Axis, Block
+from chrmc.cgh.curved.parallel import run_all, spread
 from chrmc.cgh.curved.wave import Reference
 
 Floats = NDArray[np.float64]
@@ -26,7 +26,7 @@ _MINUS = np.float32(-1)  # np.negative skips rows of strided outputs in NumPy 2.
 class Factor:
     """A cluster's hologram in low-rank form.
 
-    axis_x, axis_y : nodes and panels; targets count from the window's first column and row
+    axis_x, axis_y : nodes and blocks; targets count from the window's first column and row
     reference : the wave that was taken out
     real, imag : (n_y, n_x) baseband at the nodes
     """
@@ -62,7 +62,7 @@ def _interleaved(matrix: Floats, cos: Floats, sin: Floats) -> Singles:
     return out.reshape(len(matrix), -1)
 
 
-def expand_columns(factor: Factor, x: Phase) -> tuple[Singles, Pieces]:
+def expand_columns(factor: Factor, x: Phase) -> tuple[Singles, list[Callable[[], None]]]:
     """M·A_x as (2·n_y, columns of axis_x.targets), and the pieces of work that fill it.
 
     Each node has its real, then its imaginary row.
@@ -74,33 +74,33 @@ def expand_columns(factor: Factor, x: Phase) -> tuple[Singles, Pieces]:
     np.multiply(factor.imag, _MINUS, out=left[:, 0, :, 1])
     left[:, 1, :, 0] = factor.imag
     flat = left.reshape(2 * ny, 2 * nx)
-    panels = factor.axis_x.panels
+    blocks = factor.axis_x.blocks
     covered = factor.axis_x.targets
     width = covered.stop - covered.start
-    whole = sum(panel.target_count for panel in panels) == width
+    whole = sum(block.target_count for block in blocks) == width
     out = (np.empty if whole else np.zeros)((2 * ny, width), dtype=np.float32)
 
-    def expand(panel: Panel) -> None:
-        place = slice(panel.targets.start - covered.start, panel.targets.stop - covered.start)
-        cos, sin = x[0][panel.targets], x[1][panel.targets]
-        part = flat[:, 2 * panel.nodes.start : 2 * panel.nodes.stop]
-        if panel.matrix is None:
+    def expand(block: Block) -> None:
+        place = slice(block.targets.start - covered.start, block.targets.stop - covered.start)
+        cos, sin = x[0][block.targets], x[1][block.targets]
+        part = flat[:, 2 * block.nodes.start : 2 * block.nodes.stop]
+        if block.matrix is None:
             out[:, place] = part[:, 0::2] * cos.astype(np.float32)
             out[:, place] += part[:, 1::2] * sin.astype(np.float32)
             return
-        right = np.empty((panel.node_count, 2, panel.target_count), dtype=np.float32)
-        np.multiply(panel.matrix.T, cos, out=right[:, 0], casting="same_kind")
-        np.multiply(panel.matrix.T, sin, out=right[:, 1], casting="same_kind")
-        np.matmul(part, right.reshape(-1, panel.target_count), out=out[:, place])
+        right = np.empty((block.node_count, 2, block.target_count), dtype=np.float32)
+        np.multiply(block.matrix.T, cos, out=right[:, 0], casting="same_kind")
+        np.multiply(block.matrix.T, sin, out=right[:, 1], casting="same_kind")
+        np.matmul(part, right.reshape(-1, block.target_count), out=out[:, place])
 
-    return out, [partial(expand, panel) for panel in panels]
+    return out, [partial(expand, block) for block in blocks]
 
 
 @dataclass(frozen=True, eq=False)
 class _Share:
-    """What one factor gives to some rows: its panel there, and which of the panel's targets."""
+    """What one factor gives to some rows: its block there, and which of the block's targets."""
 
-    panel: Panel
+    block: Block
     rows: slice
     wide: Singles
     columns: slice
@@ -108,42 +108,42 @@ class _Share:
 
     def phase(self) -> Phase:
         """cos and sin along y, (rows, 1)."""
-        first = self.panel.targets.start
+        first = self.block.targets.start
         targets = slice(first + self.rows.start, first + self.rows.stop)
         return self.y[0][targets, None], self.y[1][targets, None]
 
     def left(self) -> Singles:
         """(rows, 2·nodes) of A_y for the real part."""
-        assert self.panel.matrix is not None
+        assert self.block.matrix is not None
         cos, sin = self.phase()
-        return _interleaved(self.panel.matrix[self.rows], cos, -sin)
+        return _interleaved(self.block.matrix[self.rows], cos, -sin)
 
     def right(self) -> Singles:
         """(2·nodes, columns) of the expanded rows."""
-        return self.wide[2 * self.panel.nodes.start : 2 * self.panel.nodes.stop]
+        return self.wide[2 * self.block.nodes.start : 2 * self.block.nodes.stop]
 
     def own(self) -> Singles:
         """(rows, columns) where the nodes are the targets."""
         cos, sin = (part.astype(np.float32) for part in self.phase())
         wide = self.right()
-        block: Singles = wide[0::2][self.rows] * cos
-        block -= wide[1::2][self.rows] * sin
-        return block
+        values: Singles = wide[0::2][self.rows] * cos
+        values -= wide[1::2][self.rows] * sin
+        return values
 
 
-def row_runs(factors: Sequence[Factor], height: int) -> list[tuple[slice, list[tuple[int, Panel]]]]:
-    """Runs of rows within which the panels are the same: numbers of factors and their panels."""
-    panels = [(number, panel) for number, f in enumerate(factors) for panel in f.axis_y.panels]
+def row_runs(factors: Sequence[Factor], height: int) -> list[tuple[slice, list[tuple[int, Block]]]]:
+    """Runs of rows within which the blocks are the same: numbers of factors and their blocks."""
+    blocks = [(number, block) for number, f in enumerate(factors) for block in f.axis_y.blocks]
     ends = {0, height}
-    for _, panel in panels:
-        ends |= {panel.targets.start, panel.targets.stop}
+    for _, block in blocks:
+        ends |= {block.targets.start, block.targets.stop}
     return [
         (
             slice(start, stop),
             [
-                (number, panel)
-                for number, panel in panels
-                if panel.targets.start <= start and stop <= panel.targets.stop
+                (number, block)
+                for number, block in blocks
+                if block.targets.start <= start and stop <= block.targets.stop
             ],
         )
         for start, stop in pairwise(sorted(ends))
@@ -164,14 +164,14 @@ def sum_signals(
     expanded = [expand_columns(factor, x) for factor, (x, _) in zip(factors, phases, strict=True)]
     run_all([piece for _, pieces in expanded for piece in pieces])
 
-    def put(run: tuple[slice, list[tuple[int, Panel]]]) -> None:
+    def put(run: tuple[slice, list[tuple[int, Block]]]) -> None:
         rows, covering = run
         shares = []
-        for number, panel in covering:
-            first = panel.targets.start
+        for number, block in covering:
+            first = block.targets.start
             part = slice(rows.start - first, rows.stop - first)
             columns = factors[number].axis_x.targets
-            shares.append(_Share(panel, part, expanded[number][0], columns, phases[number][1]))
+            shares.append(_Share(block, part, expanded[number][0], columns, phases[number][1]))
         _put(out, rows, shares, base)
 
     spread(put, row_runs(factors, shape[0]))
@@ -183,7 +183,7 @@ def _put(out: Singles, rows: slice, shares: Sequence[_Share], base: Singles | No
     products: dict[tuple[int, int], list[_Share]] = {}
     others: list[_Share] = []
     for share in shares:
-        if share.panel.matrix is None:
+        if share.block.matrix is None:
             others.append(share)
         else:
             products.setdefault((share.columns.start, share.columns.stop), []).append(share)
@@ -217,24 +217,24 @@ def add_field(
     run_all(pieces)
     columns = factor.axis_x.targets
 
-    def put(panel: Panel) -> None:
-        n = panel.node_count
+    def put(block: Block) -> None:
+        n = block.node_count
         rows = np.empty((n, 2, wide.shape[1]), dtype=np.complex64)
-        part = wide[2 * panel.nodes.start : 2 * panel.nodes.stop].reshape(n, 2, -1)
+        part = wide[2 * block.nodes.start : 2 * block.nodes.stop].reshape(n, 2, -1)
         rows[:, 0].real, rows[:, 0].imag = part[:, 0], part[:, 1]
         np.multiply(part[:, 1], _MINUS, out=rows[:, 1].real)
         rows[:, 1].imag = part[:, 0]
-        cos, sin = y[0][panel.targets, None], y[1][panel.targets, None]
-        place = out[panel.targets, columns]
-        if panel.matrix is None:
-            block = rows[:, 0] * cos.astype(np.float32) + rows[:, 1] * sin.astype(np.float32)
+        cos, sin = y[0][block.targets, None], y[1][block.targets, None]
+        place = out[block.targets, columns]
+        if block.matrix is None:
+            values = rows[:, 0] * cos.astype(np.float32) + rows[:, 1] * sin.astype(np.float32)
         else:
             # The interleaved real and imaginary columns are plain columns to sgemm.
-            left = _interleaved(panel.matrix, cos, sin)
-            block = (left @ rows.reshape(2 * n, -1).view(np.float32)).view(np.complex64)
+            left = _interleaved(block.matrix, cos, sin)
+            values = (left @ rows.reshape(2 * n, -1).view(np.float32)).view(np.complex64)
         if add:
-            place += block
+            place += values
         else:
-            place[:] = block
+            place[:] = values
 
-    spread(put, factor.axis_y.panels)
+    spread(put, factor.axis_y.blocks)

@@ -4,8 +4,8 @@ Of all ways to read a value off its neighbours the one of least expected square 
 K·w = k, K and k the covariances between the nodes and with the target (kriging; Stein,
 Interpolation of Spatial Data, 1999). Frequencies that crowd towards the ends of the band |f| ≤ F
 have the covariance J0(2πFτ), which makes the error nearly the same for all of them; where a
-footprint ends, the variogram γ of its cos² edge is added. Nodes a few spacings beyond a panel
-take part, so that neighbouring panels share theirs: 1.2 to 1.4 nodes for each that Nyquist asks
+footprint ends, the variogram γ of its cos² edge is added. Nodes a few spacings beyond a block
+take part, so that neighbouring blocks share theirs: 1.2 to 1.4 nodes for each that Nyquist asks
 for, where Chebyshev nodes take π/2 and more.
 """
 
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 _EDGE = 0.66  # rms error of a unit edge over step³, both in widths of the edge: measured
 _EDGE_MARGIN = 2
-_LEAST = 0.1  # Nyquist's count that a panel is taken to have at least
+_LEAST = 0.1  # Nyquist's count that a block is taken to have at least
 _NUGGET = 0.1  # noise the weights are made for, in shares of the tolerance
 
 
@@ -30,25 +30,25 @@ _NUGGET = 0.1  # noise the weights are made for, in shares of the tolerance
 class Grid:
     """Even nodes of a run of even targets.
 
-    panels : how many the run is cut into
-    targets : of a panel, the last may have fewer
-    spacings : between nodes, over a panel's length
-    margin : nodes beyond either end of a panel that it uses
+    blocks : how many the run is cut into
+    targets : of a block, the last may have fewer
+    spacings : between nodes, over a block's length
+    margin : nodes beyond either end of a block that it uses
     """
 
-    panels: int
+    blocks: int
     targets: int
     spacings: int
     margin: int
 
     def nodes(self, targets: int) -> int:
-        """Nodes that a panel of so many targets uses."""
+        """Nodes that a block of so many targets uses."""
         return ceil(self.spacings * targets / self.targets - 1e-9) + 2 * self.margin
 
     def count(self, targets: int) -> int:
         """Nodes in all, for a run of so many targets."""
-        last = targets - (self.panels - 1) * self.targets
-        return (self.panels - 1) * self.spacings + self.nodes(last)
+        last = targets - (self.blocks - 1) * self.targets
+        return (self.blocks - 1) * self.spacings + self.nodes(last)
 
 
 def _spacings(nyquist: float, margin: int, slack: float) -> int:
@@ -58,7 +58,7 @@ def _spacings(nyquist: float, margin: int, slack: float) -> int:
 
 
 def _slack(tolerance: float, alone: bool, spacings: float) -> tuple[int, float]:
-    """Margin and slack, fitted to panels of 4 to 64 spacings and tolerances of 1e-1 to 1e-7."""
+    """Margin and slack, fitted to blocks of 4 to 64 spacings and tolerances of 1e-1 to 1e-7."""
     digits = max(1.0, -log10(tolerance))
     long = 1 + 0.13 * max(0.0, log(spacings / 16) / log(2)) if spacings > 16 else 1.0
     if alone:
@@ -66,19 +66,19 @@ def _slack(tolerance: float, alone: bool, spacings: float) -> tuple[int, float]:
     return max(1, round(digits)), (2.4 * digits - 1.3) * long
 
 
-def band_grid(targets: int, nyquist: float, tolerance: float, panel: float) -> Grid | None:
+def band_grid(targets: int, nyquist: float, tolerance: float, block: float) -> Grid | None:
     """Nodes for a run of targets, or None where they would be no fewer than the targets.
 
     nyquist : 2·F·(distance of targets), the nodes per target that Nyquist asks for
     tolerance : rms error for a unit wave of frequency up to F
-    panel : spacings that a panel should have, about
+    block : spacings that a block should have, about
     """
     whole = nyquist * targets
     margin, slack = _slack(tolerance, True, whole)
     best = Grid(1, targets, _spacings(whole + _LEAST, margin, slack), margin)
-    panels = round(whole * 1.25 / panel)
-    if panels > 1:
-        each = -(-targets // panels)
+    blocks = round(whole * 1.25 / block)
+    if blocks > 1:
+        each = -(-targets // blocks)
         margin, slack = _slack(tolerance, False, nyquist * each)
         best = Grid(-(-targets // each), each, _spacings(nyquist * each, margin, slack), margin)
     if best.count(targets) >= targets:
@@ -98,7 +98,7 @@ def _frequency(grid: Grid, nyquist: float) -> float:
 
 @lru_cache(maxsize=2048)
 def _band_error(grid: Grid, frequency: float, tolerance: float) -> float:
-    """rms error for frequencies up to the band's end, on some targets of a panel."""
+    """rms error for frequencies up to the band's end, on some targets of a block."""
     some = np.unique(np.linspace(0, grid.targets - 1, 48).astype(int))
     matrix = _band_matrix(grid, grid.targets, frequency, tolerance)[some]
     waves = 2j * np.pi * np.linspace(0.02, 0.98, 13)[:, None] * frequency
@@ -109,7 +109,7 @@ def _band_error(grid: Grid, frequency: float, tolerance: float) -> float:
 
 
 def edge_grid(
-    targets: int, nyquist: float, width: float, lit: float, tolerance: float, panel: float
+    targets: int, nyquist: float, width: float, lit: float, tolerance: float, block: float
 ) -> Grid | None:
     """The same for a run in which footprints end.
 
@@ -119,19 +119,19 @@ def edge_grid(
     # An axis has two such runs, whose errors add up.
     share = tolerance / sqrt(2)
     step = width * (share / (_EDGE * sqrt(width / max(lit, width)))) ** (1 / 3)
-    margin, slack = _slack(share, False, panel)
-    banded = nyquist * (1 + slack / (panel + 2 * margin))
+    margin, slack = _slack(share, False, block)
+    banded = nyquist * (1 + slack / (block + 2 * margin))
     per_target = sqrt(1 / step**2 + banded**2)
     # A smooth edge needs few neighbours, a band that is nearly full as many as without an edge.
     margin = max(_EDGE_MARGIN, round(margin * (banded / per_target) ** 2))
-    panels = max(1, round(per_target * targets / panel))
-    each = -(-targets // panels)
+    blocks = max(1, round(per_target * targets / block))
+    each = -(-targets // blocks)
     made = Grid(-(-targets // each), each, ceil(per_target * each), margin)
     return made if made.count(targets) < 0.9 * targets else None
 
 
 def band_matrix(grid: Grid, targets: int, nyquist: float, tolerance: float) -> Floats:
-    """(targets, nodes) from a panel's nodes to its targets. Read-only.
+    """(targets, nodes) from a block's nodes to its targets. Read-only.
 
     Targets lie in the middle of cells of spacings/grid.targets, nodes in the middle of cells of 1.
     """

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from math import hypot, sqrt
 from threading import Lock
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.assembly import Factor, add_field, phasor, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Line, Needs, axis_behind, make_axis
-from chrmc.cgh.curved.parallel import Pieces, Steps, finished, spread
+from chrmc.cgh.curved.parallel import run_all, spread
 from chrmc.cgh.curved.predict import Budget, expected_error, light_of
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.tables import (
@@ -24,7 +25,7 @@ from chrmc.cgh.curved.tables import (
     Level,
     Tables,
     exact_baseband,
-    level_steps,
+    sum_levels,
     table_pieces,
 )
 from chrmc.cgh.curved.wave import Reference, Wave, by_curvature
@@ -34,9 +35,9 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Reals = NDArray[np.floating]
 
-PANEL_X, PANEL_Y = 20.0, 15.0
-"""Spacings of nodes in a panel: few make the second product small, many the baseband."""
-_BEHIND = 60.0  # in panels whose targets are nodes
+BLOCK_X, BLOCK_Y = 20.0, 15.0
+"""Spacings of nodes in a block: few make the second product small, many the baseband."""
+_BEHIND = 60.0  # in blocks whose targets are nodes
 _LEAF_SHARE = 0.7  # of the tolerance, for sub-clusters
 _NODE_SHARE, _SERIES_SHARE = 0.45, 0.6  # of the tolerance, for interpolation and the series
 _COARSE_SHARE = 0.3  # for the interpolation of the small terms
@@ -59,7 +60,7 @@ def _needs(
     reference: Reference,
     plane: Plane,
     tolerance: float,
-    panels: tuple[float, float],
+    blocks: tuple[float, float],
     edge_share: float = 1.0,
 ) -> tuple[Needs, Needs]:
     box = clusters.bounding_box(cloud.positions)
@@ -72,7 +73,7 @@ def _needs(
             plane.reach[axis],
             tolerance,
             lit[axis],
-            panels[axis],
+            blocks[axis],
             edge_share,
         )
         for axis in range(2)
@@ -87,9 +88,9 @@ def cluster_axes(
     plane: Plane,
     tolerance: float,
 ) -> Axes:
-    """Nodes and panels along x and y for one cluster's pixels."""
+    """Nodes and blocks along x and y for one cluster's pixels."""
     x, y, z = cloud.positions.T
-    along_x, along_y = _needs(cloud, reference, plane, tolerance * _NODE_SHARE, (PANEL_X, PANEL_Y))
+    along_x, along_y = _needs(cloud, reference, plane, tolerance * _NODE_SHARE, (BLOCK_X, BLOCK_Y))
     return make_axis(targets[0], x, z, along_x), make_axis(targets[1], y, z, along_y)
 
 
@@ -107,13 +108,13 @@ def _axes_behind(
     return axis_behind(axes[0], x, z, along_x), axis_behind(axes[1], y, z, along_y)
 
 
-def factor_steps(
+def make_factor(
     cloud: PointCloud, targets: tuple[Line, Line], plane: Plane, tolerance: float
-) -> Steps[tuple[Factor, Budget]]:
-    """The low-rank factor of one cluster and its expected error, in steps."""
+) -> tuple[Factor, Budget]:
+    """The low-rank factor of one cluster and its expected error."""
     reference = clusters.reference_of(clusters.bounding_box(cloud.positions), plane)
     axes = cluster_axes(cloud, reference, targets, plane, tolerance)
-    if not axes[0].panels or not axes[1].panels:
+    if not axes[0].blocks or not axes[1].blocks:
         return _no_light(axes, reference), Budget(0.0, 0.0)
     wave = Wave(reference, plane.wavelength, plane.reach)
     places = targets[0].places, targets[1].places
@@ -122,9 +123,7 @@ def factor_steps(
     def expect(missed: Remainder) -> None:
         error.append(expected_error(axes, cloud, places, wave, missed))
 
-    real, imag, missed = yield from sum_steps(
-        cloud, axes, reference, plane, tolerance, beside=expect
-    )
+    real, imag, missed = sum_points(cloud, axes, reference, plane, tolerance, beside=expect)
     if not error:
         expect(missed)
     factor = Factor(*axes, reference, *_single(real, imag))
@@ -140,7 +139,7 @@ def _single(real: Reals, imag: Reals) -> tuple[Singles, Singles]:
     return real.astype(np.float32, copy=False), imag.astype(np.float32, copy=False)
 
 
-def sum_steps(
+def sum_points(
     cloud: PointCloud,
     axes: Axes,
     reference: Reference,
@@ -149,8 +148,8 @@ def sum_steps(
     leaf: bool = False,
     series: Series | None = None,
     beside: Callable[[Remainder], None] | None = None,
-) -> Steps[Summed]:
-    """The baseband of a cloud at given nodes, in steps.
+) -> Summed:
+    """The baseband of a cloud at given nodes.
 
     leaf : sum all points at once, not by sub-clusters
     series : one made for these points and nodes, if there is
@@ -166,10 +165,12 @@ def sum_steps(
     tables: Tables | None = None
     if series is None:
         tables = Tables() if len(cloud) <= MOST_AT_ONCE else None
-        beside_it = (
-            [] if tables is None else table_pieces(cloud, axes, wave, _precision(tolerance), tables)
-        )
-        series = yield from _series_steps(cloud, axes, reference, plane, tolerance, beside_it)
+        pieces: list[Callable[[], Any]] = [
+            partial(series_for, cloud, axes, reference, plane, tolerance)
+        ]
+        if tables is not None:
+            pieces += table_pieces(cloud, axes, wave, _precision(tolerance), tables)
+        series = run_all(pieces)[0]
     if series is None or series.terms > _MOST_TERMS:
         # The rest of the wave changes too much over the cluster: smaller ones, or none at all.
         parts = clusters.leaves(cloud, box, (2, 2, 2)) if len(cloud) > _FEW else []
@@ -185,19 +186,15 @@ def sum_steps(
     levels, between = _levels(cloud, axes, reference, plane, tolerance, series)
     missed = Remainder(series, between)
     expect = None if beside is None else partial(beside, missed)
-    fine, *others = yield from level_steps(cloud, levels, wave, series, tables, expect)
+    fine, *others = sum_levels(cloud, levels, wave, series, tables, expect)
     if others:
         more = np.zeros(fine[0].shape, dtype=np.complex64)
         still_x, still_y = ((np.ones(n), np.zeros(n)) for n in nodes)
-
-        def carry() -> None:
-            for level, small in zip(levels[1:], others, strict=True):
-                carried = Factor(level.axis_x, level.axis_y, reference, *_single(*small))
-                add_field(more, carried, still_x, still_y, add=True)
-            np.add(fine[0], more.real, out=fine[0])
-            np.add(fine[1], more.imag, out=fine[1])
-
-        yield [carry]
+        for level, small in zip(levels[1:], others, strict=True):
+            carried = Factor(level.axis_x, level.axis_y, reference, *_single(*small))
+            add_field(more, carried, still_x, still_y, add=True)
+        np.add(fine[0], more.real, out=fine[0])
+        np.add(fine[1], more.imag, out=fine[1])
     return *fine, missed
 
 
@@ -251,23 +248,6 @@ def series_for(
     )
 
 
-def _series_steps(
-    cloud: PointCloud,
-    axes: Axes,
-    reference: Reference,
-    plane: Plane,
-    tolerance: float,
-    others: Pieces,
-) -> Steps[Series | None]:
-    made: list[Series | None] = []
-
-    def piece() -> None:
-        made.append(series_for(cloud, axes, reference, plane, tolerance))
-
-    yield [piece, *others]
-    return made[0]
-
-
 def _from_leaves(
     parts: list[PointCloud],
     axes: Axes,
@@ -289,9 +269,9 @@ def _from_leaves(
     def carry(part: PointCloud) -> float:
         its = clusters.reference_of(clusters.bounding_box(part.positions), plane)
         behind = _axes_behind(axes, part, its, plane, _NODE_SHARE * share)
-        if not behind[0].panels or not behind[1].panels:
+        if not behind[0].blocks or not behind[1].blocks:
             return 0.0
-        real, imag, missed = finished(sum_steps(part, behind, its, plane, share, leaf=True))
+        real, imag, missed = sum_points(part, behind, its, plane, share, leaf=True)
         factor = Factor(*behind, its, *_single(real, imag))
         turn_x = phasor(reference_cycles(x, its.x, its.z_x, plane.wavelength) - own_x)
         turn_y = phasor(reference_cycles(y, its.y, its.z_y, plane.wavelength) - own_y)

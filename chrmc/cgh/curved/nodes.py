@@ -1,4 +1,4 @@
-"""A cluster's nodes along one axis: runs of even nodes, cut into panels that read from them.
+"""A cluster's nodes along one axis: runs of even nodes, cut into blocks that read from them.
 
 Where no footprint ends the nodes are as dense as the baseband's bandwidth asks; in the strips
 where the soft edges fall, as dense as the edges ask. Nodes of a run without edges that lie past
@@ -38,7 +38,7 @@ class Line:
 
 
 @dataclass(frozen=True, eq=False)
-class Panel:
+class Block:
     """A run of targets interpolated from a run of nodes, some of which its neighbours use too.
 
     targets, nodes : slices
@@ -83,28 +83,28 @@ class Axis:
     """The nodes of a cluster along x or y.
 
     nodes : (n,) metres, ascending within a run
-    runs, panels : in order; targets outside all panels see none of the cluster's light
+    runs, blocks : in order; targets outside all blocks see none of the cluster's light
     """
 
     nodes: Floats
     runs: tuple[Run, ...]
-    panels: tuple[Panel, ...]
+    blocks: tuple[Block, ...]
 
     @property
     def targets(self) -> slice:
-        """From the first panel's first target to the last panel's last."""
-        if not self.panels:
+        """From the first block's first target to the last block's last."""
+        if not self.blocks:
             return slice(0, 0)
-        return slice(self.panels[0].targets.start, self.panels[-1].targets.stop)
+        return slice(self.blocks[0].targets.start, self.blocks[-1].targets.stop)
 
     @property
     def span(self) -> tuple[float, float]:
         """Lowest and highest node."""
         return float(self.nodes.min()), float(self.nodes.max())
 
-    def panels_of(self, run: Run) -> list[Panel]:
-        """The panels that read from a run, in order."""
-        return [p for p in self.panels if run.nodes.start <= p.nodes.start < run.nodes.stop]
+    def blocks_of(self, run: Run) -> list[Block]:
+        """The blocks that read from a run, in order."""
+        return [p for p in self.blocks if run.nodes.start <= p.nodes.start < run.nodes.stop]
 
     def weights(self, x: Floats, z: Floats, reach: float) -> Floats:
         """(N, n) soft footprint of points at x, z in the nodes' values."""
@@ -119,18 +119,18 @@ class Axis:
 def joined(axes: Sequence[tuple[Axis, int]]) -> Axis:
     """Axes one after the other, each with the number of its first target."""
     runs: list[Run] = []
-    panels: list[Panel] = []
+    blocks: list[Block] = []
     count = 0
     for axis, first in axes:
         for run in axis.runs:
             runs.append(run.moved(count))
-        for panel in axis.panels:
-            panels.append(
-                Panel(_moved(panel.targets, first), _moved(panel.nodes, count), panel.matrix)
+        for block in axis.blocks:
+            blocks.append(
+                Block(_moved(block.targets, first), _moved(block.nodes, count), block.matrix)
             )
         count += len(axis.nodes)
     nodes = np.concatenate([axis.nodes for axis, _ in axes]) if axes else np.zeros(0)
-    return Axis(nodes, tuple(runs), tuple(panels))
+    return Axis(nodes, tuple(runs), tuple(blocks))
 
 
 def _moved(part: slice, by: int) -> slice:
@@ -140,7 +140,7 @@ def _moved(part: slice, by: int) -> slice:
 def part_of(axis: Axis, tapered: bool) -> tuple[Axis, NDArray[np.intp]]:
     """The runs with the footprint in them, or the others, and their nodes' places in `axis`.
 
-    Its panels are left out: it is for sums at the nodes.
+    Its blocks are left out: it is for sums at the nodes.
     """
     runs: list[Run] = []
     places: list[NDArray[np.intp]] = [np.zeros(0, dtype=np.intp)]
@@ -194,7 +194,7 @@ class Needs:
     reach : footprint half-width per depth, inf for none
     tolerance : rms error of interpolation, of the light
     lit : metres of the axis that the light falls on
-    panel : spacings of nodes that a panel should have, about
+    block : spacings of nodes that a block should have, about
     edge_share : of the tolerance, where footprints end
     """
 
@@ -203,12 +203,12 @@ class Needs:
     reach: float
     tolerance: float
     lit: float
-    panel: float
+    block: float
     edge_share: float = 1.0
 
 
 def make_axis(line: Line, x: Floats, z: Floats, needs: Needs) -> Axis:
-    """Nodes and panels of a cluster's baseband for even targets.
+    """Nodes and blocks of a cluster's baseband for even targets.
 
     x, z : (N,) the points' coordinate on this axis and depth
     """
@@ -251,7 +251,7 @@ def _same(places: Floats, line: Line | None, tapered: bool) -> Axis:
     """Nodes that are the targets."""
     every = slice(0, len(places))
     run = Run(every, line, tapered, np.ones(len(places)))
-    return Axis(places, (run,), (Panel(every, every, None),))
+    return Axis(places, (run,), (Block(every, every, None),))
 
 
 _FEW = 4.0  # Nyquist's count on a whole run below which Chebyshev nodes are as few, and end with it
@@ -272,7 +272,7 @@ def _smooth_run(line: Line, needs: Needs) -> Axis:
         nyquist = 2 * wide * step
         if nyquist * count < _FEW:
             return _chebyshev_run(line, wide, needs.tolerance)
-        grid = band_grid(count, nyquist, needs.tolerance, needs.panel)
+        grid = band_grid(count, nyquist, needs.tolerance, needs.block)
         if grid is None:
             break
         margin = grid.margin * step * grid.targets / grid.spacings
@@ -293,8 +293,8 @@ def _chebyshev_run(line: Line, frequency: float, tolerance: float) -> Axis:
     nodes = middle + line.step * count / 2 * unit
     weight = pi / 2 / n * count * np.sqrt(1 - unit**2)
     every = slice(0, n)
-    panel = Panel(slice(0, count), every, pixel_interpolation(n, count))
-    return Axis(nodes, (Run(every, None, False, weight),), (panel,))
+    block = Block(slice(0, count), every, pixel_interpolation(n, count))
+    return Axis(nodes, (Run(every, None, False, weight),), (block,))
 
 
 def _edge_run(line: Line, needs: Needs, edge: tuple[float, float, float]) -> Axis:
@@ -307,7 +307,7 @@ def _edge_run(line: Line, needs: Needs, edge: tuple[float, float, float]) -> Axi
     nyquist = 2 * local_frequency(ends, needs.extent, needs.wavelength) * step
     width, lit = edge[0] / step, needs.lit / step
     tolerance = needs.tolerance * needs.edge_share
-    grid = edge_grid(count, nyquist, width, lit, tolerance, needs.panel)
+    grid = edge_grid(count, nyquist, width, lit, tolerance, needs.block)
     if grid is None:
         return _same(line.places, line, True)
     return _even_run(
@@ -322,9 +322,9 @@ def _even_run(
     matrix: Callable[[int], Floats],
     light: tuple[float, float] | None,
 ) -> Axis:
-    """The nodes and panels of a grid.
+    """The nodes and blocks of a grid.
 
-    matrix : number of targets to a panel's matrix
+    matrix : number of targets to a block's matrix
     light : where it begins and ends, in a tapered run
     """
     spacing = line.step * grid.targets / grid.spacings
@@ -336,16 +336,16 @@ def _even_run(
         dark = light[0] - first, first + spacing * (total - 1) - light[1]
         below, above = (int(min(max(ceil(d / spacing), 0), grid.margin)) for d in dark)
     nodes = Line(first + below * spacing, spacing, total - below - above)
-    panels = []
-    for number in range(grid.panels):
+    blocks = []
+    for number in range(grid.blocks):
         start = number * grid.targets
         stop = min(start + grid.targets, line.count)
         whole = matrix(stop - start)
         low = number * grid.spacings - below
         high = low + whole.shape[1]
         part = whole[:, max(0, -low) : whole.shape[1] - max(0, high - nodes.count)]
-        panels.append(Panel(slice(start, stop), slice(max(0, low), min(high, nodes.count)), part))
+        blocks.append(Block(slice(start, stop), slice(max(0, low), min(high, nodes.count)), part))
     weight = np.zeros(nodes.count)
     weight[grid.margin - below : total - grid.margin - below] = grid.targets / grid.spacings
     run = Run(slice(0, nodes.count), nodes, light is not None, weight)
-    return Axis(nodes.places, (run,), tuple(panels))
+    return Axis(nodes.places, (run,), tuple(blocks))

@@ -6,10 +6,9 @@ BLAS stays at one thread here, and whole tasks run side by side.
 """
 
 import threading
-from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache, wraps
-from itertools import count
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import wraps
 from typing import Any, TypeVar, cast
 
 from threadpoolctl import ThreadpoolController
@@ -20,21 +19,22 @@ T = TypeVar("T")
 R = TypeVar("R")
 F = TypeVar("F", bound=Callable[..., Any])
 
-_here = threading.local()
+_MANY = 4  # tasks for each core, from which a task's own need no other core
 
 
-class _Limit:
+class _OneBlasThread:
     """BLAS at one thread while anybody asks for it; what it used before comes back after."""
 
     def __init__(self) -> None:
-        self._controller = ThreadpoolController()
         self._lock = threading.Lock()
         self._askers = 0
         self._limit: Any = None
+        self._controller: ThreadpoolController | None = None
 
     def __enter__(self) -> None:
         with self._lock:
             if self._askers == 0:
+                self._controller = self._controller or ThreadpoolController()
                 self._limit = self._controller.limit(limits=1, user_api="blas")
             self._askers += 1
 
@@ -45,85 +45,53 @@ class _Limit:
                 self._limit.restore_original_limits()
 
 
-@lru_cache(maxsize=1)
-def one_blas_thread() -> _Limit:
-    """A context in which BLAS uses one thread; it may be entered from several threads at once."""
-    return _Limit()
-
-
-@lru_cache(maxsize=1)
-def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(workers(), thread_name_prefix="chrmc")
+# One for the process: BLAS's threads are the process's, whoever asks.
+ONE_BLAS_THREAD = _OneBlasThread()
+_helpers = ThreadPoolExecutor(max(1, workers() - 1), thread_name_prefix="chrmc")
+_this = threading.local()
 
 
 def spread(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
-    """[function(item) for item in items], side by side; in turn within a task of another spread.
+    """[function(item) for item in items] on all cores; a task may spread its own.
 
-    Every core takes the next item that is left, so the long ones should come first.
+    Every core takes the next item that is left, so the long ones should come first. The caller
+    takes items too, and waits only for helpers that have begun: those for which no core was free
+    are called off.
     """
-    cores = min(workers(), len(items))
-    if cores < 2 or getattr(_here, "inside", False):
+    outer = getattr(_this, "many", False)
+    helpers = min(workers(), len(items)) - 1
+    if helpers < 1 or outer:
         return [function(item) for item in items]
     done: list[Any] = [None] * len(items)
-    left = count()
+    left = iter(range(len(items)))
+    many = len(items) >= _MANY * workers()
 
     def take() -> None:
-        _here.inside = True
+        before = getattr(_this, "many", False)
+        _this.many = many
         try:
-            while (number := next(left)) < len(items):
+            for number in left:
                 done[number] = function(items[number])
         finally:
-            _here.inside = False
+            _this.many = before
+            for _ in left:  # nothing more to do, or no use in it
+                pass
 
-    with one_blas_thread():
-        others = [_pool().submit(take) for _ in range(1, cores)]
+    with ONE_BLAS_THREAD:
+        others = [_helpers.submit(take) for _ in range(helpers)]
         try:
             take()
         finally:
-            for other in others:
-                other.result()
+            begun = [other for other in others if not other.cancel()]
+            wait(begun)
+        for other in begun:
+            other.result()
     return done
 
 
-Pieces = list[Callable[[], None]]
-"""Work that may be done in any order, or side by side."""
-
-
-def run_all(pieces: Pieces) -> None:
-    """Do all pieces, spread over the cores."""
-    spread(lambda piece: piece(), pieces)
-
-
-Steps = Generator[Pieces, None, T]
-"""Work in steps: each yields pieces that may run side by side; what it returns is the result."""
-
-
-def side_by_side(works: Sequence[Steps[T]]) -> Steps[list[T]]:
-    """Several works as one, whose steps hold the pieces of all of them."""
-    results: dict[int, T] = {}
-    running = dict(enumerate(works))
-    while running:
-        pieces: Pieces = []
-        for number, work in list(running.items()):
-            try:
-                pieces += next(work)
-            except StopIteration as end:
-                results[number] = end.value
-                del running[number]
-        if pieces:
-            yield pieces
-    return [results[number] for number in range(len(works))]
-
-
-def finished(work: Steps[T]) -> T:
-    """The result of a work, each step's pieces spread over the cores."""
-    while True:
-        try:
-            pieces = next(work)
-        except StopIteration as end:
-            result: T = end.value
-            return result
-        run_all(pieces)
+def run_all(pieces: Sequence[Callable[[], T]]) -> list[T]:
+    """What all pieces return, spread over the cores."""
+    return spread(lambda piece: piece(), pieces)
 
 
 def alone(function: F) -> F:
@@ -131,7 +99,7 @@ def alone(function: F) -> F:
 
     @wraps(function)
     def run(*args: Any, **options: Any) -> Any:
-        with one_blas_thread():
+        with ONE_BLAS_THREAD:
             return function(*args, **options)
 
     return cast(F, run)

@@ -1,12 +1,12 @@
 """What error a factor will have, before a single pixel is computed.
 
 Interpolation along x and along y is tried out on a few of the cluster's points, one axis at a
-time, at a few targets of each panel; the series' left-out terms are known; rounding was measured.
+time, at a few targets of each block; the series' left-out terms are known; rounding was measured.
 Errors of points with unrelated phases add in power. The light they are relative to is read from
 the baseband at the nodes.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.assembly import Factor
 from chrmc.cgh.curved.clusters import bounding_box
-from chrmc.cgh.curved.nodes import Axis, Panel
+from chrmc.cgh.curved.nodes import Axis, Block
 from chrmc.cgh.curved.series import Remainder
 from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phasors
 from chrmc.optics.footprint import taper
@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 _POINTS = 4  # strongest, outermost in x and outermost in y that are tried
 _OTHERS = 20  # that stand for the rest
-_TARGETS = 5  # targets of each panel that are tried; more where there are few panels
+_TARGETS = 5  # targets of each block that are tried; more where there are few blocks
 ROUNDING = 5e-7
 """Relative error that single-precision products and pixels leave."""
 
@@ -48,6 +48,18 @@ class Budget:
         return sqrt(self.error / self.light)
 
 
+def error_allowed(factors: Sequence[Factor], tolerance: float) -> float:
+    """The expected error up to which the measured one is sure to stay within the tolerance."""
+    # Few nodes see one draw of the points' phases, which may lie far from the mean.
+    few = min(min(factor.real.shape) for factor in factors) < 12
+    return min(0.8, 0.5 + ROUNDING / tolerance if few else 0.8) * tolerance
+
+
+def promise_kept(factors: Sequence[Factor], budget: Budget, tolerance: float) -> bool:
+    """Whether factors may be shown as within a tolerance."""
+    return budget.relative <= error_allowed(factors, tolerance)
+
+
 def axis_powers(
     axis: Axis,
     targets: Floats,
@@ -60,32 +72,32 @@ def axis_powers(
     edge : the same to their weights, which count only where a footprint ends
     """
     # Panels of a run are alike: three of them stand for all.
-    chosen: list[tuple[Panel, bool, float]] = []
+    chosen: list[tuple[Block, bool, float]] = []
     for run in axis.runs:
-        own = axis.panels_of(run)
+        own = axis.blocks_of(run)
         few = [own[i] for i in sorted({0, len(own) // 2, len(own) - 1})] if own else []
         share = sum(p.target_count for p in own) / max(1, sum(p.target_count for p in few))
-        chosen += [(panel, run.tapered, share) for panel in few]
+        chosen += [(block, run.tapered, share) for block in few]
     if not chosen:
         nothing = np.zeros(len(wave(axis.nodes[:0])))
         return nothing, nothing
-    at_nodes = wave(np.concatenate([axis.nodes[panel.nodes] for panel, _, _ in chosen]))
+    at_nodes = wave(np.concatenate([axis.nodes[block.nodes] for block, _, _ in chosen]))
     at_least = 120 // len(at_nodes)  # the edge of a single point is easily missed
     picks, guesses, shares = [], [], []
     start = 0
-    for number, (panel, tapered, share) in enumerate(chosen):
-        # Other places in each panel, the error being small near its nodes.
-        n = min(max(_TARGETS, 16 // len(chosen), at_least), panel.target_count)
+    for number, (block, tapered, share) in enumerate(chosen):
+        # Other places in each block, the error being small near its nodes.
+        n = min(max(_TARGETS, 16 // len(chosen), at_least), block.target_count)
         shift = 0.618 * (number + 1) % 1
-        index = ((np.arange(n) + shift) / n * panel.target_count).astype(np.intp)
-        index = np.minimum(index, panel.target_count - 1)
-        picks.append(targets[panel.targets][index])
-        values = at_nodes[:, start : start + panel.node_count]
-        start += panel.node_count
+        index = ((np.arange(n) + shift) / n * block.target_count).astype(np.intp)
+        index = np.minimum(index, block.target_count - 1)
+        picks.append(targets[block.targets][index])
+        values = at_nodes[:, start : start + block.node_count]
+        start += block.node_count
         if tapered:
-            values = values * edge(axis.nodes[panel.nodes])
-        guesses.append(values[:, index] if panel.matrix is None else values @ panel.matrix[index].T)
-        shares.append(np.full(n, share * panel.target_count / n))
+            values = values * edge(axis.nodes[block.nodes])
+        guesses.append(values[:, index] if block.matrix is None else values @ block.matrix[index].T)
+        shares.append(np.full(n, share * block.target_count / n))
     exact = wave(np.concatenate(picks))
     first = 0
     for (_, tapered, _), places in zip(chosen, picks, strict=True):

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.nodes import Axis, Run
-from chrmc.cgh.curved.parallel import Pieces, Steps, finished, side_by_side
+from chrmc.cgh.curved.parallel import run_all
 from chrmc.cgh.curved.series import OnNodes, Series
 from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phase_table, phasors
 from chrmc.optics.footprint import SOFT_SHARE
@@ -48,7 +48,7 @@ Table = tuple[Reals, Reals, Reals]
 _BLOCK = 128_000  # entries of a table that are made at once: they fit the second cache
 
 
-def table(
+def phasor_table(
     cycles: Callable[[slice], Floats],
     shape: tuple[int, int],
     precision: type[np.floating],
@@ -62,15 +62,15 @@ def table(
     out = np.empty((3, *shape), dtype=precision)
     step = max(1, _BLOCK // max(1, shape[1]))
     for start in range(0, shape[0], step):
-        block = slice(start, min(start + step, shape[0]))
-        some = cycles(block)
-        turn = np.subtract(some, np.rint(some)).astype(precision)
+        some = slice(start, min(start + step, shape[0]))
+        turns = cycles(some)
+        turn = np.subtract(turns, np.rint(turns)).astype(precision)
         turn *= precision(2 * pi)
-        cos, sin, both = out[:, block]
+        cos, sin, both = out[:, some]
         np.cos(turn, out=cos)
         np.sin(turn, out=sin)
         if weigh is not None:
-            weigh(block, cos, sin)
+            weigh(some, cos, sin)
         np.add(cos, sin, out=both)
     return out[0], out[1], out[2]
 
@@ -83,24 +83,18 @@ def weighted_products(
     across, down : tables (N, n_x) and (N, n_y)
     scale : (L, N) real
     weights : F_l
+
+    Each complex product is three real ones: sgemm runs several times faster than cgemm here.
     """
-    return finished(product_steps(across, down, scale, weights))
+    pieces, total = _products(across, down, scale, weights)
+    run_all(pieces)
+    return total()
 
 
-def product_steps(
-    across: Table,
-    down: Table,
-    scale: Reals,
-    weights: OnNodes,
-    beside: Callable[[], None] | None = None,
-) -> Steps[tuple[Reals, Reals]]:
-    """`weighted_products` in steps: each complex product is three real ones.
-
-    sgemm runs several times faster than cgemm here.
-
-    beside : a piece of many small operations, which holds Python's lock and leaves the other
-        cores to the products
-    """
+def _products(
+    across: Table, down: Table, scale: Reals, weights: OnNodes
+) -> tuple[list[Callable[[], None]], Callable[[], tuple[Reals, Reals]]]:
+    """The pieces of `weighted_products`, and what adds them up once they are done."""
     terms, n = scale.shape
     ny, nx = down[0].shape[1], across[0].shape[1]
     out = np.empty((terms, 2, ny, nx), dtype=scale.dtype)
@@ -126,14 +120,15 @@ def product_steps(
         for term in range(terms)
         for first, last in pairwise(cuts)
     ]
-    if beside is not None:
-        pieces.insert(1, beside)
-    yield pieces
-    # In a fixed order, so that the same points give the same numbers.
-    total = out[0]
-    for more in out[1:]:
-        total += more
-    return total[0], total[1]
+
+    def total() -> tuple[Reals, Reals]:
+        # In a fixed order, so that the same points give the same numbers.
+        whole = out[0]
+        for more in out[1:]:
+            whole += more
+        return whole[0], whole[1]
+
+    return pieces, total
 
 
 def _weigh(weight: tuple[Reals, Reals], sums: tuple[Reals, Reals], out: Reals) -> None:
@@ -173,7 +168,7 @@ def table_pieces(
     wave: Wave,
     precision: type[np.floating],
     out: Tables,
-) -> Pieces:
+) -> list[Callable[[], None]]:
     """What fills `out` for a cloud at some nodes."""
     reference, wavelength = wave.reference, wave.wavelength
     x, y, z = cloud.positions.T
@@ -183,18 +178,18 @@ def table_pieces(
     ) -> Table:
         values, matrix = product
 
-        def cycles(block: slice) -> Floats:
-            some = values[block] if matrix is None else values[block] @ matrix
-            return np.asarray(some + start[block, None], dtype=np.float64)
+        def cycles(some: slice) -> Floats:
+            own = values[some] if matrix is None else values[some] @ matrix
+            return np.asarray(own + start[some, None], dtype=np.float64)
 
-        def weigh(block: slice, cos: Reals, sin: Reals) -> None:
+        def weigh(some: slice, cos: Reals, sin: Reals) -> None:
             for run in axis.runs:
                 if run.tapered:
-                    share = _taper(axis, run, t[block], z[block], reach, cos)
+                    share = _taper(axis, run, t[some], z[some], reach, cos)
                     cos[:, run.nodes] *= share
                     sin[:, run.nodes] *= share
 
-        return table(cycles, (len(t), len(axis.nodes)), precision, weigh)
+        return phasor_table(cycles, (len(t), len(axis.nodes)), precision, weigh)
 
     def across() -> None:
         z_x = reference.along_x(z)
@@ -210,25 +205,26 @@ def table_pieces(
     return [across, down]
 
 
-def level_steps(
+def sum_levels(
     cloud: PointCloud,
     levels: Sequence[Level],
     wave: Wave,
     series: Series,
     first: Tables | None = None,
     beside: Callable[[], None] | None = None,
-) -> Steps[list[tuple[Reals, Reals]]]:
+) -> list[tuple[Reals, Reals]]:
     """Real and imaginary parts (n_y, n_x) of Σ_j w·a/r·exp(i(kr + φ)) over the reference wave.
 
     For each level the part that its terms make, at its nodes.
 
     first : the first level's tables, if they are there already
-    beside : other work to be done while products are formed
+    beside : work of many small operations, which holds Python's lock and leaves the other cores
+        to the products
     """
     out: list[tuple[Reals, Reals]] = []
     for start in range(0, len(cloud), MOST_AT_ONCE):
         part = cloud.select(slice(start, start + MOST_AT_ONCE))
-        made = yield from _some_points(part, levels, wave, series, first, beside)
+        made = _some_points(part, levels, wave, series, first, beside)
         first = beside = None
         if not out:
             out = made
@@ -246,7 +242,7 @@ def _some_points(
     series: Series,
     first: Tables | None,
     beside: Callable[[], None] | None,
-) -> Steps[list[tuple[Reals, Reals]]]:
+) -> list[tuple[Reals, Reals]]:
     scale = series.at_points(by_curvature(cloud.positions))
     scale *= cloud.amplitude * wave.reference.modulus(cloud.positions[:, 2])
     tables = [first or Tables(), *(Tables() for _ in levels[1:])]
@@ -257,20 +253,23 @@ def _some_points(
         for piece in table_pieces(cloud, (level.axis_x, level.axis_y), wave, level.precision, made)
     ]
     if missing:
-        yield missing
-    works = []
-    for number, (level, made) in enumerate(zip(levels, tables, strict=True)):
+        run_all(missing)
+    sums = []
+    pieces: list[Callable[[], None]] = []
+    for level, made in zip(levels, tables, strict=True):
         assert made.across is not None and made.down is not None
         weights = series.on_nodes(
             level.axis_x.nodes, level.axis_y.nodes, level.precision, level.terms
         )
-        works.append(
-            product_steps(
-                made.across, made.down, scale[level.terms].astype(level.precision), weights,
-                beside if number == 0 else None,
-            )
-        )  # fmt: skip
-    return (yield from side_by_side(works))
+        products, total = _products(
+            made.across, made.down, scale[level.terms].astype(level.precision), weights
+        )
+        pieces += products
+        sums.append(total)
+    if beside is not None:
+        pieces.insert(1, beside)
+    run_all(pieces)
+    return [total() for total in sums]
 
 
 def exact_baseband(
@@ -283,9 +282,9 @@ def exact_baseband(
     reference, wavelength = wave.reference, wave.wavelength
     nx, ny = len(axis_x.nodes), len(axis_y.nodes)
     total = np.zeros((ny, nx), dtype=np.complex128)
-    block = max(1, (1 << 20) // max(1, nx * ny))
-    for start in range(0, len(cloud), block):
-        part = slice(start, start + block)
+    some = max(1, (1 << 20) // max(1, nx * ny))
+    for start in range(0, len(cloud), some):
+        part = slice(start, start + some)
         x, y, z = cloud.positions[part].T
         dx, dy = axis_x.nodes - x[:, None], axis_y.nodes - y[:, None]
         rest = reference.residual(dx[:, None, :], dy[:, :, None], z[:, None, None], wavelength)

@@ -1,19 +1,33 @@
 """A key group: frames of one object that share its baseband on the sphere."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.assembly import Factor
-from chrmc.cgh.curved.baseband import Axes, Summed, cluster_axes, series_for, sum_steps
-from chrmc.cgh.curved.clusters import Plane, bounding_box, reference_at
-from chrmc.cgh.curved.nodes import Axis, Line, part_of
-from chrmc.cgh.curved.parallel import Steps, alone, finished, side_by_side
-from chrmc.cgh.curved.predict import Budget, budget_of
-from chrmc.cgh.curved.series import Remainder
-from chrmc.cgh.curved.wave import Reference, Wave
+from chrmc.cgh.curved.interface import (
+    Axes,
+    Axis,
+    Budget,
+    Factor,
+    Line,
+    Plane,
+    Reference,
+    Remainder,
+    Summed,
+    Wave,
+    alone,
+    bounding_box,
+    budget_of,
+    cluster_axes,
+    part_of,
+    reference_at,
+    run_all,
+    series_for,
+    sum_points,
+)
 from chrmc.compensation.ch_rmc_object.sphere import Sphere, View, coordinates, grid_shape
 from chrmc.compensation.ledger import FrameRecord
 from chrmc.optics.footprint import SOFT_SHARE
@@ -62,10 +76,10 @@ class _Plan:
             places = line.places
             for run in axis.runs:
                 if not run.tapered:
-                    panels = axis.panels_of(run)
+                    blocks = axis.blocks_of(run)
                     nodes = axis.nodes[run.nodes]
-                    first = places[panels[0].targets.start]
-                    last = places[panels[-1].targets.stop - 1]
+                    first = places[blocks[0].targets.start]
+                    last = places[blocks[-1].targets.stop - 1]
                     far = max(far, first - nodes.min(), nodes.max() - last)
             out.append(1.3 * float(far) + line.step)
         return out[0], out[1]
@@ -186,10 +200,12 @@ class Group:
         # Strips and changes are summed beside the look-up, and their time counts with it.
         missed = Remainder()
         with record.stage("RMC"):
-            works: list[Steps[Summed]] = []
+            works: list[Callable[[], Summed]] = []
             places: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = []
             if len(at_x) and len(at_y):
-                works.append(self._carried(pose, reference, smooth_x.nodes, smooth_y.nodes))
+                works.append(
+                    partial(self._carried, pose, reference, smooth_x.nodes, smooth_y.nodes)
+                )
                 places.append((at_y, at_x))
             for cloud, axis, other, place in (
                 (thing.cloud, soft_x, axis_y, (np.arange(len(axis_y.nodes)), at_soft_x)),
@@ -198,11 +214,11 @@ class Group:
             ):
                 if len(cloud) and len(axis.nodes) and len(other.nodes):
                     axes = axis, other
-                    works.append(sum_steps(cloud, axes, reference, self._plane, aim, series=shared))
+                    works.append(
+                        partial(sum_points, cloud, axes, reference, self._plane, aim, series=shared)
+                    )
                     places.append(place)
-            for (real, imag, left), (rows, columns) in zip(
-                finished(side_by_side(works)), places, strict=True
-            ):
+            for (real, imag, left), (rows, columns) in zip(run_all(works), places, strict=True):
                 baseband.real[np.ix_(rows, columns)] += real
                 baseband.imag[np.ix_(rows, columns)] += imag
                 if columns is at_soft_x or rows is at_soft_y:
@@ -238,23 +254,17 @@ class Group:
         record.point_pixels += changed * pixels + len(thing.cloud) * self._count.soft
         record.blank_share = max(record.blank_share, self._count.soft / pixels)
 
-    def _carried(self, pose: Pose, reference: Reference, x: Floats, y: Floats) -> Steps[Summed]:
-        """The sphere's light at nodes x, y over the reference wave, in one piece."""
-        made: list[NDArray[np.complex64]] = []
-
-        def look_up() -> None:
-            centre = self._centre(pose)
-            cx, cy, _ = centre.tolist()
-            m = self._sphere.look_up(self._axes @ pose.rotation.T, centre, x, y)
-            wavelength = self._plane.wavelength
-            wave = reference.residual(x - cx, y[:, None] - cy, centre[2:], wavelength)
-            start = float(reference.start(centre[2:], wavelength)[0])
-            wave *= np.exp(2j * np.pi * start) * float(reference.modulus(centre[2:])[0])
-            m *= wave.astype(np.complex64)
-            made.append(m)
-
-        yield [look_up]
-        return made[0].real, made[0].imag, Remainder()
+    def _carried(self, pose: Pose, reference: Reference, x: Floats, y: Floats) -> Summed:
+        """The sphere's light at nodes x, y over the reference wave."""
+        centre = self._centre(pose)
+        cx, cy, _ = centre.tolist()
+        m = self._sphere.look_up(self._axes @ pose.rotation.T, centre, x, y)
+        wavelength = self._plane.wavelength
+        wave = reference.residual(x - cx, y[:, None] - cy, centre[2:], wavelength)
+        start = float(reference.start(centre[2:], wavelength)[0])
+        wave *= np.exp(2j * np.pi * start) * float(reference.modulus(centre[2:])[0])
+        m *= wave.astype(np.complex64)
+        return m.real, m.imag, Remainder()
 
     def _signed(
         self, appeared: NDArray[np.intp], vanished: NDArray[np.intp], points: PointCloud
@@ -335,4 +345,4 @@ def _mean_rotation(rotations: list[Floats]) -> Floats:
 
 
 def _pixels(axis: Axis) -> int:
-    return sum(panel.target_count for panel in axis.panels)
+    return sum(block.target_count for block in axis.blocks)

@@ -17,10 +17,16 @@ from math import ceil, factorial, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.chebyshev import chebyshev, interpolation, node_count
-from chrmc.cgh.curved.series import Series, make_series
-from chrmc.cgh.curved.tables import table, weighted_products
-from chrmc.cgh.curved.wave import Kernel
+from chrmc.cgh.curved.interface import (
+    Kernel,
+    Series,
+    chebyshev,
+    interpolation,
+    make_series,
+    node_count,
+    phasor_table,
+    weighted_products,
+)
 from chrmc.compensation.ch_rmc_object.taps import rms_error, step_for, taps_for, weights
 from chrmc.scene.points import PointCloud
 
@@ -156,8 +162,8 @@ class Sphere:
             down += part.phase[:, None] / (2 * pi)
             scale = series.at_points(part.positions) * part.amplitude
             real, imag = weighted_products(
-                table(across.__getitem__, across.shape, precision),
-                table(down.__getitem__, down.shape, precision),
+                phasor_table(across.__getitem__, across.shape, precision),
+                phasor_table(down.__getitem__, down.shape, precision),
                 scale.astype(precision), series.on_nodes(u, v, precision),
             )  # fmt: skip
             total += real + 1j * imag

@@ -22,9 +22,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh import Method
-from chrmc.cgh.curved import check_tolerance, field_of, lines_of, low_rank, plane_of, signal_of
-from chrmc.cgh.curved.assembly import Factor
-from chrmc.cgh.curved.predict import ROUNDING, Budget
+from chrmc.cgh.curved.interface import (
+    Budget,
+    Factor,
+    check_tolerance,
+    field_of,
+    lines_of,
+    low_rank,
+    plane_of,
+    promise_kept,
+    signal_of,
+)
 from chrmc.compensation.ch_rmc_object.group import Group
 from chrmc.compensation.frame import VideoFrame
 from chrmc.compensation.ledger import FrameRecord
@@ -140,7 +148,7 @@ class _Maker:
                 if not group.covers(thing, aim):
                     break
                 factor, budget = group.factor(thing, record, aim)
-                if self._good(factor, budget):
+                if promise_kept([factor], budget, self._tolerance):
                     group.book(thing, record)
                     return _Track(thing, [factor], budget, group, version)
         ahead = self._ahead(thing, number)
@@ -158,16 +166,11 @@ class _Maker:
                 )
                 group.fill(thing)
             factor, budget = group.factor(thing, record, aim)
-            if self._good(factor, budget):
+            if promise_kept([factor], budget, self._tolerance):
                 self._book_key(thing, record)
                 return _Track(thing, [factor], budget, group, version)
             aim *= max(0.5 * self._tolerance / budget.relative, 1e-3)
         return self._afresh(thing, version, record)
-
-    def _good(self, factor: Factor, budget: Budget) -> bool:
-        few = min(factor.real.shape) < 12
-        limit = min(0.8, 0.5 + ROUNDING / self._tolerance) if few else 0.8
-        return budget.relative <= limit * self._tolerance
 
     def _afresh(self, thing: ObjectFrame, version: int, record: FrameRecord) -> _Track:
         """An object's factors straight from its points."""

@@ -32,7 +32,7 @@ def samples(slm: SLM, count: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray
 @pytest.mark.parametrize("name", ["ssb", "real"])
 def test_every_tolerance_is_met(tolerance: float, name: str) -> None:
     coding = coding_for(name, PANEL)
-    # At 60 mm the footprint ends 1 to 2 mm from a point: soft edges cross the panel.
+    # At 60 mm the footprint ends 1 to 2 mm from a point: soft edges cross the block.
     cloud = PointCloud.concatenate(
         [
             box(60, (8e-4, 4e-4, 3e-4), (-6e-4, 3e-4, 0.06), 1),

@@ -18,7 +18,7 @@ def missed_waves(grid: Grid, targets: int, nyquist: float, tolerance: float) -> 
     frequencies = np.linspace(0, nyquist / 2, 25)[:, None]
     per = grid.spacings / grid.targets
     power = np.zeros(25)
-    for number in range(grid.panels):
+    for number in range(grid.blocks):
         start = number * grid.targets
         count = min(grid.targets, targets - start)
         matrix = band.band_matrix(grid, count, nyquist, tolerance)
@@ -90,7 +90,7 @@ def test_soft_edges_are_resolved_wherever_they_fall(
         return np.asarray(edge * np.exp(2j * np.pi * frequencies * t))
 
     power = 0.0
-    for number in range(grid.panels):
+    for number in range(grid.blocks):
         start = number * grid.targets
         count = min(grid.targets, targets - start)
         matrix = band.edge_matrix(grid, count, nyquist, width, tolerance)

@@ -5,7 +5,7 @@ import pytest
 
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
-from chrmc.cgh.curved import chebyshev, parallel, series, tables, wave
+from chrmc.cgh.curved import chebyshev, series, tables, wave
 from chrmc.cgh.curved.clusters import bounding_box
 from chrmc.cgh.curved.nodes import Axis
 from chrmc.encoding import coding_for
@@ -106,8 +106,7 @@ def test_exact_and_separable_basebands_agree() -> None:
     window = Window.full(LC_R_1080)
     band = coding_for("ssb", LC_R_1080).passband
     plane = curved.plane_of(LC_R_1080, WAVELENGTH, window, band)
-    work = curved.factor_steps(cloud, curved.lines_of(LC_R_1080, window), plane, 1e-5)
-    factor, _ = parallel.finished(work)
+    factor, _ = curved.make_factor(cloud, curved.lines_of(LC_R_1080, window), plane, 1e-5)
     real, imag = tables.exact_baseband(
         cloud, factor.axis_x, factor.axis_y,
         tables.Wave(factor.reference, WAVELENGTH, plane.reach),
