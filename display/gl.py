@@ -5,13 +5,14 @@ is unsigned-normalised 8 bit, texels are fetched by integer index, dithering and
 and GL_FRAMEBUFFER_SRGB is never enabled.
 """
 
-import sys
 from dataclasses import dataclass
 from typing import Any
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
+
+from chrmc.gl_context import headless_context
 
 CHANNELS = {
     "all": (1.0, 1.0, 1.0),
@@ -152,18 +153,6 @@ def read_back(framebuffer: Any, size: tuple[int, int]) -> NDArray[np.uint8]:
     """(height, width, 3) bytes of a framebuffer, first row on top."""
     raw = framebuffer.read(viewport=(0, 0, *size), components=3, alignment=1)
     return np.frombuffer(raw, dtype=np.uint8).reshape(size[1], size[0], 3)[::-1]
-
-
-def headless_context() -> moderngl.Context:
-    """An OpenGL context without any window; OSError that names what to install."""
-    try:
-        backend: dict[str, Any] = {"backend": "egl"} if sys.platform.startswith("linux") else {}
-        return moderngl.create_context(standalone=True, require=330, **backend)
-    except Exception as error:  # moderngl raises plain Exception
-        raise OSError(
-            f"no headless OpenGL through EGL ({str(error).strip() or type(error).__name__}): on "
-            "Debian or Ubuntu install the packages libegl1, libgl1 and libgl1-mesa-dri"
-        ) from error
 
 
 class Offscreen:

@@ -1,0 +1,84 @@
+"""A painted triangle mesh: what an opaque body is made of."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.scene.shapes import Solid
+
+Paint = Callable[[NDArray[np.intp], NDArray[np.float64]], NDArray[np.float64]]
+"""(N,) face indices and (N, 3) barycentric weights to (N,) reflectances in 0 … 1 (linear)."""
+CREASE = np.cos(np.radians(40.0))
+"""A corner is shaded smoothly where its normal is within this angle of the face's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Triangles in body coordinates with their paint.
+
+    vertices : (V, 3) metres
+    faces : (F, 3) vertex indices, none of zero area
+    paint : reflectance anywhere on them
+    normals : (V, 3) for smooth shading, or None for flat faces
+    closed : whether the faces enclose a body and look outward, so that backs are never seen
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.intp]
+    paint: Paint
+    normals: NDArray[np.float64] | None = None
+    closed: bool = True
+
+    @cached_property
+    def _crossed(self) -> NDArray[np.float64]:
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        return np.cross(b - a, c - a)
+
+    @cached_property
+    def areas(self) -> NDArray[np.float64]:
+        """(F,) square metres."""
+        return np.linalg.norm(self._crossed, axis=1) / 2
+
+    @cached_property
+    def face_normals(self) -> NDArray[np.float64]:
+        """(F, 3) unit normals by the right-hand rule."""
+        return self._crossed / (2 * self.areas[:, None])
+
+    def at(self, face: NDArray[np.intp], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) body positions of barycentric places."""
+        return np.einsum("nk,nkx->nx", weights, self.vertices[self.faces[face]])
+
+    def normal_at(
+        self, face: NDArray[np.intp], weights: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """(N, 3) unit normals for shading: interpolated over smooth parts, flat at creases."""
+        flat = self.face_normals[face]
+        if self.normals is None:
+            return flat
+        corner = self.normals[self.faces[face]]
+        smooth = np.einsum("nkx,nx->nk", corner, flat) > CREASE
+        corner = np.where(smooth[:, :, None], corner, flat[:, None, :])
+        normal = np.einsum("nk,nkx->nx", weights, corner)
+        return normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+    def moved(self, scale: float, rotation: NDArray[np.float64]) -> "Surface":
+        """The same surface scaled and turned: vertices become scale·rotation @ vertex."""
+        normals = None if self.normals is None else self.normals @ rotation.T
+        return Surface(
+            scale * self.vertices @ rotation.T, self.faces, self.paint, normals, self.closed
+        )
+
+
+def from_solid(solid: Solid) -> Surface:
+    """The surface of a built-in solid; corners in between its parts stay inside it, unseen."""
+    triangles = solid.triangles
+    surface: Surface
+
+    def paint(face: NDArray[np.intp], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        return solid.paint(surface.at(face, weights), face)
+
+    surface = Surface(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), paint)
+    return surface
