@@ -43,6 +43,8 @@ def read_json(path: Path, what: str) -> Any:
     """Content of a JSON file; OSError or ValueError in one line that calls it `what`."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
+    except NotADirectoryError:
+        raise NotADirectoryError(f"{path.parent} is a file, no {what}: name the folder") from None
     except FileNotFoundError:
         raise FileNotFoundError(f"{path} is missing: {path.parent} is no {what}") from None
     except (json.JSONDecodeError, UnicodeDecodeError) as error:

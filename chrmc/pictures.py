@@ -1,6 +1,9 @@
-"""8-bit single-channel pictures through OpenImageIO, with every return value looked at."""
+"""Pictures through OpenImageIO, with every return value looked at: the one place that writes them,
+and the reader of 8-bit grey ones."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,28 +11,56 @@ from numpy.typing import NDArray
 from chrmc.files import replacing
 
 
-def write_grey(path: Path, levels: NDArray[np.uint8]) -> None:
-    """Write (H, W) uint8 as TIFF (uncompressed) or PNG, by the suffix; OSError when it fails."""
+def write_pixels(
+    path: Path,
+    pixels: NDArray[Any],
+    kind: str,
+    names: Sequence[str] = (),
+    kinds: Sequence[str] = (),
+    attributes: Mapping[str, str] | None = None,
+) -> None:
+    """Write (h, w, channels) samples by the suffix, whole or not at all; OSError when it fails.
+
+    kind : of the samples, "uint8", "uint16" or "float"
+    names, kinds : of each channel in the file, where they are not the format's own and `kind`
+    attributes : metadata, such as ImageDescription
+    """
     import OpenImageIO as oiio
 
-    if levels.dtype != np.uint8 or levels.ndim != 2:
-        raise ValueError(f"{path.name}: grey levels must be (H, W) uint8, not {levels.dtype}")
-    spec = oiio.ImageSpec(levels.shape[1], levels.shape[0], 1, "uint8")
-    if path.suffix in (".tif", ".tiff"):
-        spec.attribute("compression", "none")
-        # The writer would put the present time: equal frames must be equal files.
-        spec.attribute("DateTime", "2000:01:01 00:00:00")
+    height, width, channels = pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, kind)
+    if names:
+        spec.channelnames = tuple(names)
+    if kinds:
+        spec.channelformats = tuple(kinds)
+    for name, value in (attributes or {}).items():
+        spec.attribute(name, value)
     with replacing(path) as partial:
         out = oiio.ImageOutput.create(str(partial))
         if out is None:
-            raise OSError(f"{path}: no writer for this kind of file; use .tif or .png")
+            raise OSError(f"{path}: no writer for this kind of file; use .tif, .png or .exr")
         if not out.open(str(partial), spec):
-            raise OSError(f"{path}: {out.geterror()}")
-        # (H, W, 1): a 2-D array is taken for something else and written scrambled.
-        written = out.write_image(np.ascontiguousarray(levels)[:, :, None])
+            raise OSError(f"{path}: {_line(out.geterror())}")
+        written = out.write_image(np.ascontiguousarray(pixels))
         closed = out.close()
         if not (written and closed):
-            raise OSError(f"{path}: {out.geterror()}")
+            raise OSError(f"{path}: {_line(out.geterror())}")
+
+
+def _line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def write_grey(path: Path, levels: NDArray[np.uint8]) -> None:
+    """Write (H, W) uint8 as TIFF (uncompressed) or PNG, by the suffix; OSError when it fails."""
+    if levels.dtype != np.uint8 or levels.ndim != 2:
+        raise ValueError(f"{path.name}: grey levels must be (H, W) uint8, not {levels.dtype}")
+    attributes = {}
+    if path.suffix in (".tif", ".tiff"):
+        # The writer would put the present time: equal frames must be equal files.
+        attributes = {"compression": "none", "DateTime": "2000:01:01 00:00:00"}
+    # (H, W, 1): a 2-D array is taken for something else and written scrambled.
+    write_pixels(path, levels[:, :, None], "uint8", attributes=attributes)
 
 
 def read_grey(path: Path) -> NDArray[np.uint8]:

@@ -10,7 +10,6 @@ the darkest to the brightest end: it is what a wanted real amplitude can be matc
 must rise (or fall) steadily. For a purely real response it is the amplitude itself.
 """
 
-import csv
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +17,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from chrmc.response_table import read_table, to_both_ends
 
 LEVELS = 256
 _STEPS = 1 << 16  # of the backward table: finer than a grey step by 256, so nearest to 0.2 %
@@ -110,42 +111,16 @@ class GreyResponse:
 
     @classmethod
     def from_csv(cls, path: str | Path) -> "GreyResponse":
-        """A measured table, first line the column names.
+        """A measured table: grey beside intensity (any unit; square-rooted to amplitude), or beside
+        amplitude with or without phase; `chrmc.response_table` says what forms are read.
 
-        Either grey,intensity (any unit; square-rooted to amplitude), or grey,amplitude with or
-        without phase (radians). Raises OSError for no file, ValueError for a bad one.
+        Noise that makes a table turn back is smoothed away up to 3 % of its range, and the name
+        says by how much. Raises OSError for no file, ValueError for a bad one.
         """
-        source = Path(path)
-        try:
-            with source.open(newline="", encoding="utf-8-sig") as file:
-                rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-        except UnicodeDecodeError as error:
-            raise ValueError(f"{source} is not a text file: a CSV table is needed") from error
-        head = [cell.strip().lower() for cell in rows[0]] if rows else []
-        if "grey" not in head or not {"intensity", "amplitude"} & set(head):
-            raise ValueError(
-                f"{source}: first line must name the columns grey,intensity or "
-                f"grey,amplitude[,phase], not {','.join(head) or 'nothing'}"
-            )
-        columns: dict[str, list[float]] = {name: [] for name in head}
-        for line, row in enumerate(rows[1:], 2):
-            try:
-                for name, cell in zip(head, row, strict=True):
-                    columns[name].append(float(cell))
-            except ValueError as error:
-                raise ValueError(f"{source}, row {line}: {','.join(row)} is not a table row") from (
-                    error
-                )
-        if "intensity" in head:
-            intensity = np.array(columns["intensity"])
-            if (intensity < 0).any():
-                raise ValueError(f"{source}: negative intensity; subtract less dark current")
-            values = np.sqrt(intensity) + 0j
-        else:
-            values = np.array(columns["amplitude"]) + 0j
-        if "phase" in head:
-            values = values * np.exp(1j * np.array(columns["phase"]))
-        return cls.from_table(columns["grey"], values, source.name)
+        grey, values, moved = read_table(path)
+        grey, values = to_both_ends(grey, values, LEVELS - 1)
+        name = Path(path).name
+        return cls.from_table(grey, values, f"{name}, smoothed by {moved:.1%}" if moved else name)
 
     @classmethod
     def parse(cls, text: str | None) -> "GreyResponse":

@@ -54,7 +54,8 @@ class Filter:
     dc_block : radius of the opaque dot on the axis, metres; 0 blocks the one sample at zero
         frequency, None blocks nothing
     aperture : opening, metres: a diameter, or (height, width) of a rectangle; None is unlimited
-    centre : (y, x) of the opening, metres
+    centre : (y, x) of the opening, metres; None is where the light is: on the carrier of a single
+        sideband, else on the axis
     image : (rows, columns) amplitude transmission of a user's own filter, spread over the
         Nyquist square with f_y, f_x rising from −1/2p to 1/2p; multiplied with the rest
 
@@ -64,7 +65,7 @@ class Filter:
     half_plane: bool | None = None
     dc_block: float | None = 10e-6
     aperture: float | tuple[float, float] | None = None
-    centre: tuple[float, float] = (0.0, 0.0)
+    centre: tuple[float, float] | None = None
     image: NDArray[np.floating] | None = None
 
     def __post_init__(self) -> None:
@@ -81,6 +82,40 @@ class Filter:
             if image.ndim != 2 or image.size == 0 or not np.isfinite(image).all():
                 raise ValueError("a filter image must be a (rows, columns) array of finite values")
             object.__setattr__(self, "image", image)
+
+    def transmission(
+        self,
+        y: NDArray[np.float64],
+        x: NDArray[np.float64],
+        edge: float,
+        light: tuple[float, float] = (0.0, 0.0),
+    ) -> NDArray[np.float32]:
+        """Amplitude transmission at heights y and widths x (metres), all but the half plane.
+
+        edge : metres from the axis to the Nyquist frequency, where `image` ends
+        light : (y, x) metres, the opening's centre where the filter gives none
+        """
+        passed = np.ones((len(y), len(x)), dtype=np.float32)
+        if self.image is not None:
+            rows, columns = self.image.shape
+            row = np.clip(((y / edge + 1) / 2 * rows).astype(np.intp), 0, rows - 1)
+            column = np.clip(((x / edge + 1) / 2 * columns).astype(np.intp), 0, columns - 1)
+            passed *= self.image[row[:, None], column[None, :]]
+        if self.aperture is not None:
+            centre = light if self.centre is None else self.centre
+            dy, dx = y[:, None] - centre[0], x[None, :] - centre[1]
+            if np.ndim(self.aperture) == 0:
+                inside = dy**2 + dx**2 <= (float(np.asarray(self.aperture)) / 2) ** 2
+            else:
+                height, width = np.asarray(self.aperture, dtype=np.float64)
+                inside = (np.abs(dy) <= height / 2) & (np.abs(dx) <= width / 2)
+            passed *= inside
+        if self.dc_block is not None:
+            rows_near, columns_near = (np.abs(v) <= self.dc_block for v in (y, x))
+            near = np.ix_(rows_near, columns_near)
+            dot = y[rows_near, None] ** 2 + x[None, columns_near] ** 2 <= self.dc_block**2
+            passed[near] *= ~dot
+        return passed
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,6 +25,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from chrmc.encoding import Coding, coding_for
+from chrmc.optics.passband import Passband
 from chrmc.optics.propagation import (
     Propagator,
     cycles_to_phasor,
@@ -33,9 +34,9 @@ from chrmc.optics.propagation import (
     transfer_function,
 )
 from chrmc.response import GreyResponse
-from chrmc.slm import SLM
+from chrmc.slm import SLM, WAVELENGTH
 from chrmc.threads import workers
-from reconstruct.bench import Bench
+from reconstruct.bench import Bench, Filter
 
 GAIN = 4.0
 """One sideband of the amplitude 0.5 + 0.5·Re(U·carrier)/scale is U·carrier/(4·scale)."""
@@ -148,28 +149,10 @@ class FourF:
         return self._transmission
 
     def _make_transmission(self) -> NDArray[np.float32]:
-        chosen = self.bench.filter
         y, x = self.fourier_coordinates()
-        passed = np.ones(self._grid, dtype=np.float32)
-        if chosen.image is not None:
-            rows, columns = chosen.image.shape
-            edge = self.wavelength * self.bench.focal1 * self.slm.nyquist
-            row = np.clip(((y / edge + 1) / 2 * rows).astype(np.intp), 0, rows - 1)
-            column = np.clip(((x / edge + 1) / 2 * columns).astype(np.intp), 0, columns - 1)
-            passed *= chosen.image[row[:, None], column[None, :]]
-        if chosen.aperture is not None:
-            dy, dx = y[:, None] - chosen.centre[0], x[None, :] - chosen.centre[1]
-            if np.ndim(chosen.aperture) == 0:
-                inside = dy**2 + dx**2 <= (float(np.asarray(chosen.aperture)) / 2) ** 2
-            else:
-                height, width = np.asarray(chosen.aperture, dtype=np.float64)
-                inside = (np.abs(dy) <= height / 2) & (np.abs(dx) <= width / 2)
-            passed *= inside
-        if chosen.dc_block is not None:
-            rows_near, columns_near = (np.abs(v) <= chosen.dc_block for v in (y, x))
-            near = np.ix_(rows_near, columns_near)
-            dot = y[rows_near, None] ** 2 + x[None, columns_near] ** 2 <= chosen.dc_block**2
-            passed[near] *= ~dot
+        unit = self.wavelength * self.bench.focal1
+        light = (unit * self.coding.carrier if self._half_plane else 0.0, 0.0)
+        passed = self.bench.filter.transmission(y, x, unit * self.slm.nyquist, light)
         if self._half_plane:
             passed[y <= 0] = 0
         return passed
@@ -245,10 +228,11 @@ class FourF:
         return self._plane(field, -distance)
 
     @property
-    def band(self) -> tuple[float, float]:
-        """(f_y, f_x) that a decoded field occupies, cycles per metre."""
+    def band(self) -> Passband:
+        """What a decoded field occupies."""
         nyquist = self.slm.nyquist
-        return (nyquist / 2 if self._half_plane and self.coding.carrier else nyquist), nyquist
+        one_sided = self._half_plane and self.coding.carrier
+        return Passband(nyquist, nyquist / 2 if one_sided else nyquist)
 
     def image(self, frame: NDArray[np.uint8], distance: float) -> NDArray[np.float32]:
         """(H, W) intensity at depth `distance` > 0."""
@@ -352,8 +336,5 @@ def decode_field(
     The inverse of encoding: (H, W) complex64, U within its passband up to rounding and clipping.
     """
     # An ideal filter knows no lengths: any wavelength gives the same field.
-    from reconstruct.bench import Filter
-
-    return FourF(slm, 1e-9, encoding, Bench(filter=Filter(dc_block=0.0)), response, scale).field(
-        frame
-    )
+    ideal = Bench(filter=Filter(dc_block=0.0))
+    return FourF(slm, WAVELENGTH, encoding, ideal, response, scale).field(frame)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.files import replacing
+from chrmc.pictures import write_pixels
 
 SUFFIXES = (".png", ".exr")
 
@@ -96,24 +96,9 @@ def write_colour(path: str | Path, image: NDArray[np.uint8]) -> None:
 
 
 def _write(path: Path, pixels: NDArray[Any], kind: str, note: dict[str, Any]) -> None:
-    import OpenImageIO as oiio
-
-    height, width, channels = pixels.shape
-    spec = oiio.ImageSpec(width, height, channels, kind)
-    if channels == 1:
-        spec.channelnames = ("Y",)
-    if note:
-        spec.attribute("ImageDescription", json.dumps(note))
-    with replacing(path) as partial:
-        out = oiio.ImageOutput.create(str(partial))
-        if out is None:
-            raise OSError(f"{path}: no writer for this kind of file")
-        if not out.open(str(partial), spec):
-            raise OSError(f"{path}: {out.geterror()}")
-        written = out.write_image(np.ascontiguousarray(pixels))
-        closed = out.close()
-        if not (written and closed):
-            raise OSError(f"{path}: {out.geterror()}")
+    attributes = {"ImageDescription": json.dumps(note)} if note else {}
+    names = ("Y",) if pixels.shape[2] == 1 else ()
+    write_pixels(path, pixels, kind, names, attributes=attributes)
 
 
 def read_image(path: str | Path) -> tuple[NDArray[np.float32], dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""How good a reconstructed image is, alone and against another.
+"""How good a reconstructed image is; against another one see also `chrmc.metrics`.
 
 Images are (h, w) intensities. Masks are boolean (h, w): the object's own area, and the dark
 surroundings that it is compared with.
@@ -9,36 +9,9 @@ from math import inf, log10
 import numpy as np
 from numpy.typing import NDArray
 
-Image = NDArray[np.floating]
+from chrmc.metrics import Image
+
 Mask = NDArray[np.bool_]
-
-
-def psnr(image: Image, truth: Image, peak: float | None = None) -> float:
-    """10·log10(peak²/mean squared difference) in dB, peak the truth's largest; inf if equal."""
-    difference = np.asarray(image, dtype=np.float64) - np.asarray(truth, dtype=np.float64)
-    top = float(np.max(truth)) if peak is None else peak
-    error = float(np.mean(difference**2))
-    if error == 0:
-        return inf
-    return 10 * log10(top**2 / error) if top > 0 else -inf
-
-
-def ssim(image: Image, truth: Image, peak: float | None = None) -> float:
-    """Structural similarity (Wang et al. 2004: Gaussian window of 1.5 pixels), 1 for equal images.
-
-    Images smaller than its 11-pixel window are padded with their own border.
-    """
-    from skimage.metrics import structural_similarity
-
-    top = float(np.max(truth)) if peak is None else peak
-    if not top > 0:
-        return 1.0 if np.array_equal(image, truth) else 0.0
-    grow = [(0, max(0, 11 - n)) for n in truth.shape]
-    a, b = (np.pad(np.asarray(i, dtype=np.float64), grow, mode="edge") for i in (image, truth))
-    value = structural_similarity(
-        a, b, data_range=top, gaussian_weights=True, sigma=1.5, use_sample_covariance=False
-    )
-    return float(value)
 
 
 def scale_to(image: Image, truth: Image) -> float:

@@ -98,14 +98,14 @@ def focal_stack(
     wavelength: float,
     depths: ArrayLike,
     patch: Patch | None = None,
-    band: tuple[float, float] | None = None,
+    band: Passband | None = None,
 ) -> FocalStack:
     """Intensity of a decoded field at many depths.
 
     field : (H, W) from `four_f_field`, hologram plane
     depths : metres, > 0, ascending
     patch : region, default the SLM's window; a pitch other than the SLM's resamples
-    band : (f_y, f_x) that the field occupies, cycles per metre, default Nyquist
+    band : what the field occupies, default Nyquist
     """
     z = np.atleast_1d(np.asarray(depths, dtype=np.float64))
     if z.size == 0 or not np.isfinite(z).all() or z.min() <= 0 or (np.diff(z) <= 0).any():
@@ -113,7 +113,7 @@ def focal_stack(
     p = slm.pixel_pitch
     region = Patch((0.0, 0.0), slm.shape, p) if patch is None else patch
     nyquist = 0.5 / p
-    limits = (nyquist, nyquist) if band is None else band
+    limits = (nyquist, nyquist) if band is None else (band.fy_max, band.fx_max)
     middle = (z[0] + z[-1]) / 2
     way = max(float(z[-1] - middle), 1e-9)
     # What reaches the region from its surroundings, and a Fresnel zone or two more.
@@ -161,8 +161,8 @@ def all_in_focus(
         best[better], light[better], sharpest[better] = sharp[better], square[better], z
     weight = light + float(light.mean()) * 1e-6 + np.finfo(np.float32).tiny
     middle = float(stack.depths.mean())
-    spread_ = gaussian_filter(weight, window)
-    depth = middle + gaussian_filter(weight * (sharpest - middle), window) / spread_
+    around = gaussian_filter(weight, window)
+    depth = middle + gaussian_filter(weight * (sharpest - middle), window) / around
     index = np.clip(np.searchsorted(stack.depths, depth), 1, len(stack.depths) - 1)
     if len(stack.depths) == 1:
         index = np.zeros(shape, dtype=np.intp)

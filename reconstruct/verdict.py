@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chrmc.optics.passband import Passband
+from chrmc.metrics import psnr, ssim
 from chrmc.optics.propagation import Patch
 from reconstruct import metrics
 from reconstruct.focus import Focus, find_focus, focus_curve, refine_peak
@@ -158,9 +158,8 @@ def search_range(target: Target, system: FourF) -> NDArray[np.float64]:
 
 def search_scale(target: Target, system: FourF) -> tuple[float, float]:
     """The larger and the smaller depth of focus of both axes at a target, metres."""
-    fy, fx = system.band
     depth = float(target.position[2])
-    pair = depth_of_focus(system.slm, system.wavelength, depth, Passband(fx, fy))
+    pair = depth_of_focus(system.slm, system.wavelength, depth, system.band)
     return max(pair), min(pair)
 
 
@@ -195,10 +194,8 @@ def judge_object(
     """
     stack, tile = target_stack(field_, system, target, pixel_pitch)
     x, y, z = (float(v) for v in target.position)
-    fy, fx = system.band
-    passband = Passband(fx, fy)
     ends = (float(stack.depths[0]), float(stack.depths[-1]))
-    lit_by = brightness(stack.patch, system.slm, system.wavelength, ends, passband)
+    lit_by = brightness(stack.patch, system.slm, system.wavelength, ends, system.band)
     # λz/A, from the depths of focus 2λ(z/A)² of both axes.
     sizes = np.sqrt(np.array(search_scale(target, system)) * system.wavelength / 2)
     grain = max(1.0, float(sizes.mean()) / system.slm.pixel_pitch)
@@ -223,8 +220,8 @@ def judge_object(
         ).intensity[0]
         level = plane * metrics.scale_to(plane, true_plane)
         likeness = {
-            "psnr": metrics.psnr(level, true_plane),
-            "ssim": metrics.ssim(level, true_plane),
+            "psnr": psnr(level, true_plane),
+            "ssim": ssim(level, true_plane),
         }
     peaks: dict[str, float] = {}
     if with_metrics:

@@ -107,10 +107,11 @@ def measure(
     from chrmc.cgh import compute_field
     from chrmc.encoding import CODINGS, coding_for
     from chrmc.grey_levels import encode, limit_band
+    from chrmc.metrics import psnr
     from chrmc.optics.passband import full_band
     from chrmc.progress import progress
     from reconstruct.four_f_system import FourF, intensity
-    from reconstruct.metrics import psnr, scale_to
+    from reconstruct.metrics import scale_to
 
     half = coding_for("ssb", slm)
     # Methods of a video's kind take options that a single field does not need.

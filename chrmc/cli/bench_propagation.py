@@ -25,13 +25,13 @@ def command(video: Path, number: int | None, depth: float | None, pixels: int) -
     image; and the angular spectrum of the package HCIPy, where it is installed
     (pip install "chrmc[crosscheck]"). Differences are relative L2, absolute phase included.
     """
+    from chrmc.metrics import psnr
     from chrmc.optics.propagation import Patch
     from chrmc.reference import relative_error
     from chrmc.response import GreyResponse
     from chrmc.store import open_video
     from reconstruct import crosscheck
     from reconstruct.four_f_system import FourF, check_distance, intensity
-    from reconstruct.metrics import psnr
     from reconstruct.verdict import Target, inside
 
     stored = open_video(video)

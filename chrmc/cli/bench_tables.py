@@ -184,8 +184,8 @@ def image_psnr(slm: SLM, wavelength: float) -> Images:
     The complex field is propagated to the object's depth; the picture is the intensity on the
     object's extent and a tenth around it, at the SLM's pitch.
     """
+    from chrmc.metrics import psnr
     from chrmc.optics.propagation import Patch, Propagator
-    from reconstruct.metrics import psnr
 
     def compare(
         field: NDArray[np.complex64], exact: NDArray[np.complex64], scene_frame: SceneFrame

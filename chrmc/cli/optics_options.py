@@ -16,6 +16,11 @@ _OPTIONS = (
         "--aperture", default=None, help="In the Fourier plane: DIAMETER or HEIGHTxWIDTH, metres."
     ),
     click.option(
+        "--aperture-centre",
+        default=None,
+        help="Of that opening, from the axis: Y,X in metres. [where the light is]",
+    ),
+    click.option(
         "--dc-block",
         type=click.FloatRange(0),
         default=10e-6,
@@ -48,8 +53,8 @@ _OPTIONS = (
 )
 
 BENCH_NAMES = (
-    *("focal1", "focal2", "lens1", "lens2", "aperture", "dc_block", "no_dc_block"),
-    *("filter_image", "tilt", "waist", "fill_factor", "aberration", "edges"),
+    *("focal1", "focal2", "lens1", "lens2", "aperture", "aperture_centre", "dc_block"),
+    *("no_dc_block", "filter_image", "tilt", "waist", "fill_factor", "aberration", "edges"),
 )
 
 
@@ -68,12 +73,20 @@ def numbers(text: str, sign: str, what: str) -> list[float]:
         raise ValueError(f"{what}: {text!r} is not of the form that --help shows") from None
 
 
+def _pair(text: str, what: str) -> tuple[float, float]:
+    found = numbers(text, ",", what)
+    if len(found) != 2:
+        raise ValueError(f"{what}: {text!r} must be two numbers, Y,X")
+    return found[0], found[1]
+
+
 def bench_from(
     focal1: float,
     focal2: float,
     lens1: float | None,
     lens2: float | None,
     aperture: str | None,
+    aperture_centre: str | None,
     dc_block: float,
     no_dc_block: bool,
     filter_image: Path | None,
@@ -94,15 +107,19 @@ def bench_from(
         if len(sides) > 2:
             raise ValueError(f"--aperture: {aperture!r} has more than two sides")
         opening = sides[0] if len(sides) == 1 else (sides[0], sides[1])
+    centre = None
+    if aperture_centre is not None:
+        if opening is None:
+            raise ValueError("--aperture-centre needs an --aperture to place")
+        centre = _pair(aperture_centre, "--aperture-centre")
     light = None
     if tilt is not None or waist is not None:
-        angles = [0.0, 0.0] if tilt is None else numbers(tilt, ",", "--tilt")
-        if len(angles) != 2:
-            raise ValueError(f"--tilt: {tilt!r} must be two angles, Y,X")
-        light = Illumination(tilt=(angles[0], angles[1]), waist=waist)
+        angles = (0.0, 0.0) if tilt is None else _pair(tilt, "--tilt")
+        light = Illumination(tilt=angles, waist=waist)
     chosen = Filter(
         dc_block=None if no_dc_block else dc_block,
         aperture=opening,
+        centre=centre,
         image=None if filter_image is None else read_grey(filter_image) / 255.0,
     )
     return Bench(

@@ -45,7 +45,7 @@ from chrmc.cli.optics_options import (
     "--preview",
     type=click.Path(path_type=Path),
     default=None,
-    help="With --all: also an animation (.gif, .png) or movie (.mp4; needs chrmc[movie]).",
+    help="With --all or --depths: also an animation (.gif, .png) or movie (.mp4; chrmc[movie]).",
 )
 @click.option("--rate", type=LENGTH, default=40.0, show_default=True, help="Its frames a second.")
 @click.option("--width", type=click.IntRange(16), default=960, show_default=True, help="Its width.")
@@ -164,15 +164,29 @@ def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
 
     from chrmc.optics.propagation import Patch
     from chrmc.progress import progress
-    from reconstruct.images import exposure, write_image
-    from reconstruct.stack import FocalStack, all_in_focus
+    from reconstruct.animation import check_animation, write_animation
+    from reconstruct.images import exposure, to_grey, write_image
+    from reconstruct.sequence import shrink
+    from reconstruct.stack import FocalStack, all_in_focus, depth_of_focus
 
+    preview = options["preview"]
+    if preview is not None:
+        check_animation(preview)
     given = numbers(options["depths"], ":", "--depths")
     if len(given) != 3 or not 0 < given[0] < given[1] or given[2] < 2:
         raise ValueError(f"--depths: {options['depths']!r} must be NEAR:FAR:COUNT, 0 < NEAR < FAR")
     number = options["number"]
     depths = np.linspace(given[0], given[1], int(given[2]))
     system = _system(stored, options)
+    sharp_for = min(depth_of_focus(stored.slm, stored.wavelength, given[0], system.band))
+    if depths[1] - depths[0] > sharp_for:
+        count = int(np.ceil((given[1] - given[0]) / sharp_for)) + 1
+        click.echo(
+            f"warning: steps of {(depths[1] - depths[0]) * 1e3:.2f} mm are coarser than the depth "
+            f"of focus, {sharp_for * 1e3:.2f} mm: what lies between two depths stays blurred; "
+            f"{count} depths see everything",
+            err=True,
+        )
     field = system.field(stored.read(number))
     planes = np.empty((len(depths), *stored.slm.shape), dtype=np.float32)
     for i, depth in enumerate(progress(depths, "focal stack", unit="depth")):
@@ -188,8 +202,41 @@ def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
     sharp = out / f"all_in_focus.{suffix}"
     write_image(sharp, image, note, options["full_scale"], options["gamma"])
     write_image(out / "depth_map.exr", depth_map, note | {"unit": "metre"})
+    _draw_depths(image, depth_map, stored, out / "depth_map.png")
     click.echo(f"{out}: frame {number} at {len(depths)} depths, all in focus, depth map")
+    if preview is not None:
+        small = [to_grey(shrink(p, options["width"]), white, options["gamma"]) for p in planes]
+        write_animation(preview, small, options["rate"])
+        click.echo(f"{preview}: {len(small)} depths at {options['rate']:g} a second")
     return 0
+
+
+def _draw_depths(image: Any, depth_map: Any, stored: Any, path: Path) -> None:
+    """The depth map as a picture: colour is depth, brightness is light."""
+    import numpy as np
+    from scipy.ndimage import gaussian_filter
+
+    from reconstruct.figure import new_figure, save
+
+    half_y, half_x = (n * stored.slm.pixel_pitch * 500 for n in stored.slm.shape)
+    light = gaussian_filter(image, 3.0)
+    light = np.clip(5 * light / (float(light.max()) or 1.0), 0, 1)
+    figure, axis = new_figure((9.0, 9.0 * half_y / half_x + 0.4))
+    shown = axis.imshow(
+        depth_map * 1e3,
+        cmap="viridis",
+        alpha=light,
+        extent=(-half_x, half_x, half_y, -half_y),
+    )
+    axis.set_facecolor("white")
+    rows, columns = (np.flatnonzero(light.max(axis=k) > 0.1) for k in (1, 0))
+    if len(rows) and len(columns):
+        y, x = ((np.array(k)[[0, -1]] * stored.slm.pixel_pitch * 1e3) for k in (rows, columns))
+        axis.set_xlim(max(x[0] - half_x - 0.5, -half_x), min(x[1] - half_x + 0.5, half_x))
+        axis.set_ylim(min(y[1] - half_y + 0.5, half_y), max(y[0] - half_y - 0.5, -half_y))
+    axis.set(xlabel="x (mm)", ylabel="y (mm)", title="depth of what is sharp, all in focus")
+    figure.colorbar(shown, ax=axis, label="depth (mm)").solids.set_alpha(1)
+    save(figure, path)
 
 
 def _all(stored: Any, out: Path, options: dict[str, Any]) -> int:

@@ -14,6 +14,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from chrmc.optics.passband import Passband
 from chrmc.threads import workers
 
 
@@ -32,14 +33,14 @@ def transfer_function(
     wavelength: float,
     distance: float,
     shift: tuple[float, float] = (0.0, 0.0),
-    band: tuple[float, float] | None = None,
+    band: Passband | None = None,
 ) -> NDArray[np.complex64]:
     """Band-limited angular-spectrum transfer function on the FFT's frequency grid.
 
     shape : (rows, columns) of the padded grid
     distance : metres along the wave's travel; negative goes back to the sources
     shift : (y, x) metres; the output grid's centre relative to the input's
-    band : (f_y, f_x) beyond which nothing passes, cycles per metre; default all
+    band : beyond which nothing passes, default all
 
     exp(2πi·(distance·√(1/λ² − f²) + f·shift)), zero for evanescent waves and where its local
     frequency would alias on this grid (Matsushima and Shimobaba, Opt. Express 17, 19662, 2009;
@@ -52,7 +53,7 @@ def transfer_function(
     quarter = cycles_to_phasor(distance * kz)
     passed = w2 > 0
     if band is not None:
-        passed &= (fy[:, None] <= band[0]) & (fx[None, :] <= band[1])
+        passed &= (fy[:, None] <= band.fy_max) & (fx[None, :] <= band.fx_max)
     quarter[~passed] = 0
     with np.errstate(divide="ignore", invalid="ignore"):
         travel = -distance / kz
@@ -100,14 +101,15 @@ def padded_shape(
     wavelength: float,
     distance: float,
     shift: tuple[float, float] = (0.0, 0.0),
-    band: tuple[float, float] | None = None,
+    band: Passband | None = None,
 ) -> tuple[int, int]:
     """Grid that keeps the circular convolution of `propagate` off the output's window.
 
     The band (default Nyquist) spreads by |distance|·tan α on each side, and a shift adds to it;
     more than doubling a side brings nothing, since light that far out never meets the window.
     """
-    limits = (0.5 / pixel_pitch,) * 2 if band is None else band
+    nyquist = 0.5 / pixel_pitch
+    limits = (nyquist, nyquist) if band is None else (band.fy_max, band.fx_max)
     padded = []
     for n, s, f in zip(shape, shift, limits, strict=True):
         walk = (spread(wavelength, f, distance) + abs(s)) / pixel_pitch
@@ -198,7 +200,7 @@ class Propagator:
     shape, pixel_pitch, wavelength : of the input, centred on the axis
     longest : the largest |distance| that will be asked for, metres
     patch : on the output plane, default the input's own window
-    band : (f_y, f_x) that the fields occupy, cycles per metre, default Nyquist; the rest is cut
+    band : what the fields occupy, default Nyquist; the rest is cut
     keep : transfer functions held
     """
 
@@ -209,7 +211,7 @@ class Propagator:
         wavelength: float,
         longest: float,
         patch: Patch | None = None,
-        band: tuple[float, float] | None = None,
+        band: Passband | None = None,
         keep: int = 2,
     ) -> None:
         self.shape = shape
@@ -218,8 +220,10 @@ class Propagator:
         self.longest = abs(longest)
         self.patch = Patch((0.0, 0.0), shape, pixel_pitch) if patch is None else patch
         nyquist = 0.5 / pixel_pitch
-        self.band = None if band is None else (min(band[0], nyquist), min(band[1], nyquist))
-        limits = (nyquist, nyquist) if self.band is None else self.band
+        self.band = band
+        limits = (nyquist, nyquist)
+        if band is not None:
+            limits = (min(band.fy_max, nyquist), min(band.fx_max, nyquist))
         self._axes = [self._axis(axis, limits[axis]) for axis in (0, 1)]
         self._transfers: OrderedDict[float, NDArray[np.complex64]] = OrderedDict()
         self._keep = keep

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.files import replacing
+from chrmc.pictures import write_pixels
 from chrmc.scene.rgbd import RGBDFrame
 
 INTENSITY_NAMES = ("y", "i", "intensity", "grey", "gray", "luminance")
@@ -26,27 +26,14 @@ def write_exr(path: Path, frame: RGBDFrame) -> None:
 
     Ids are half where that is exact, else float. Raises OSError when writing fails.
     """
-    import OpenImageIO as oiio
-
-    height, width = frame.shape
     largest = int(frame.object_id.max())
     if largest > 2**24:
         raise ValueError(f"{path.name}: object id {largest} does not fit a float; number from 1")
-    spec = oiio.ImageSpec(width, height, 3, "float")
-    spec.channelnames = ("Y", "Z", "id")
-    spec.channelformats = ("float", "float", "half" if largest <= HALF_EXACT else "float")
-    spec.attribute("compression", "zip")
+    ids = "half" if largest <= HALF_EXACT else "float"
     pixels = np.stack([frame.intensity, frame.depth, frame.object_id], axis=2).astype(np.float32)
-    with replacing(path) as partial:
-        out = oiio.ImageOutput.create(str(partial))
-        if out is None:
-            raise OSError(f"{path}: this OpenImageIO writes no OpenEXR files")
-        if not out.open(str(partial), spec):
-            raise OSError(f"{path}: {_line(out.geterror())}")
-        written = out.write_image(pixels)
-        closed = out.close()
-        if not (written and closed):
-            raise OSError(f"{path}: {_line(out.geterror())}")
+    write_pixels(
+        path, pixels, "float", ("Y", "Z", "id"), ("float", "float", ids), {"compression": "zip"}
+    )
 
 
 def read_exr(path: Path) -> tuple[RGBDFrame, bool]:

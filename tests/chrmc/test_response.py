@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -100,3 +101,70 @@ def test_other_bad_input_is_refused(tmp_path):
         GreyResponse.parse(str(tmp_path / "absent.csv"))
     with pytest.raises(ValueError, match="uint8"):
         GreyResponse.linear().amplitude(np.zeros((2, 2)))
+
+
+MEASURED = (np.arange(0, 256, 5) / 255) ** 2.1
+
+
+@pytest.mark.parametrize(
+    ("text", "coding"),
+    [
+        ("grey,intensity\n{}", "utf-8"),
+        ("Gray level;Power (mW)\n{}", "utf-8-sig"),
+        ("# PM100D, 532 nm\nDate: 2024-03-01 10:00\n\nGrey value\tPower [µW]\n{}", "cp1252"),
+        ("Index;Counts;Time\n{}", "utf-16"),
+        ("gray   power\n{}", "utf-8"),
+    ],
+)
+def test_tables_of_instruments_are_read(tmp_path, text, coding):
+    sign = next(s for s in (";", "\t", ",", " ") if s in text.splitlines()[-2])
+    third = sign + "7" if "Time" in text else ""
+    rows = [f"{5 * i}{sign}{v * 3.1:.6f}{third}" for i, v in enumerate(MEASURED)]
+    table = text.format("\n".join(rows))
+    if sign != ",":
+        table = table.replace(".", ",")
+    path = tmp_path / "a.csv"
+    path.write_bytes(table.encode(coding))
+    response = GreyResponse.from_csv(path)
+    want = (np.arange(256) / 255) ** 1.05
+    assert np.allclose(response.amplitude(GREY), want, atol=4e-3)
+
+
+def test_noise_of_a_reading_is_smoothed_and_told_a_turn_is_refused(tmp_path):
+    grey = np.arange(0, 256, 5)
+    rng = np.random.default_rng(2)
+    for noise, fine in ((0.01, True), (0.2, False)):
+        values = MEASURED + noise * rng.uniform(-1, 1, len(grey))
+        rows = "\n".join(f"{g},{v}" for g, v in zip(grey, values - min(values), strict=True))
+        path = write(tmp_path / "a.csv", "grey,intensity\n" + rows)
+        if fine:
+            response = GreyResponse.from_csv(path)
+            assert "smoothed by" in response.name
+            got = np.asarray(response.amplitude(GREY), dtype=float)
+            assert (np.diff(got) >= -1e-6).all() and np.abs(got[::5] ** 2 - MEASURED).max() < 0.03
+        else:
+            with pytest.raises(ValueError, match="not monotone"):
+                GreyResponse.from_csv(path)
+
+
+def test_a_table_that_ends_at_250_goes_on_straight_one_that_ends_at_200_does_not(tmp_path):
+    rows = "\n".join(f"{g},{g / 255}" for g in range(0, 251, 10))
+    response = GreyResponse.from_csv(write(tmp_path / "a.csv", "grey,amplitude\n" + rows))
+    assert response.is_real and np.allclose(response.levels.real, np.arange(256) / 255, atol=1e-3)
+    rows = "\n".join(f"{g},{g / 255}" for g in range(0, 201, 10))
+    with pytest.raises(ValueError, match="0 to 255"):
+        GreyResponse.from_csv(write(tmp_path / "a.csv", "grey,amplitude\n" + rows))
+
+
+def test_what_is_no_small_file_is_not_read(tmp_path):
+    with pytest.raises(ValueError, match="not a file"):
+        GreyResponse.from_csv("/dev/zero" if Path("/dev/zero").exists() else tmp_path)
+    (tmp_path / "big.csv").write_bytes(b"1,2\n" * 400_000)
+    with pytest.raises(ValueError, match="256 rows"):
+        GreyResponse.from_csv(tmp_path / "big.csv")
+
+
+def test_phase_in_degrees(tmp_path):
+    rows = "\n".join(f"{g},{g / 255},{45 * g / 255}" for g in range(0, 256, 5))
+    path = write(tmp_path / "a.csv", "grey,amplitude,phase (deg)\n" + rows)
+    assert np.angle(GreyResponse.from_csv(path).levels[-1]) == pytest.approx(np.pi / 4, abs=1e-3)

@@ -67,6 +67,7 @@ def test_reconstruct_writes_the_library_s_image(video, capsys, tmp_path):
         (["check", "DIR", "--frames", "9"], "no frame 9"),
         (["check", "DIR", "--frames", "x"], "no list of frames"),
         (["check", "NOWHERE"], "missing"),
+        (["check", __file__], "is a file, no hologram video"),
         (["reconstruct", "DIR", "--frame", "9", "--depth", "0.06", "--out", "a.png"], "no frame 9"),
         (["reconstruct", "DIR", "--frame", "1", "--depth", "-1", "--out", "a.png"], "distance"),
         (["reconstruct", "DIR", "--frame", "1", "--depth", "0.06", "--out", "a.gif"], ".exr"),
@@ -117,6 +118,22 @@ def test_a_focal_stack_with_depth_map(video, capsys, tmp_path):
     assert found == pytest.approx(z, abs=3e-4)
 
 
+def test_a_focal_stack_moves_and_warns_where_its_steps_are_too_coarse(video, capsys, tmp_path):
+    preview = tmp_path / "p.gif"
+    code, said, err = run(
+        capsys, "reconstruct", video, "--frame", 1, "--depths", "0.05:0.07:4", "--out", tmp_path,
+        "--preview", preview,
+    )  # fmt: skip
+    assert code == 0 and "4 depths at" in said and preview.stat().st_size > 1000
+    assert "coarser than the depth of focus" in err and err.count("\n") == 1
+    assert (tmp_path / "depth_map.png").stat().st_size > 5000
+    code, _, err = run(
+        capsys, "reconstruct", video, "--frame", 1, "--depths", "0.05:0.07:4", "--out", tmp_path,
+        "--preview", tmp_path / "p.bmp",
+    )  # fmt: skip
+    assert code == 2 and "p.bmp" in err
+
+
 def test_camera_and_energy(video, capsys, tmp_path):
     out = tmp_path / "c.png"
     code, said, _ = run(
@@ -150,6 +167,7 @@ def test_panorama(video, capsys, tmp_path):
         (["--frame", "1", "--depth", "0.06", "--aperture", "wide"], "--aperture"),
         (["--frame", "1", "--depth", "0.06", "--aperture", "1x2x3"], "sides"),
         (["--frame", "1", "--depth", "0.06", "--tilt", "1"], "--tilt"),
+        (["--frame", "1", "--depth", "0.06", "--aperture-centre", "0,0"], "--aperture-centre"),
         (["--frame", "1", "--depth", "0.06", "--aberration", "none.exr"], "none.exr"),
         (["--frame", "1", "--depth", "0.06", "--camera", "x"], "--camera"),
         (["--all", "--depth", "0.06", "--preview", "a.bmp"], "a.bmp"),

@@ -127,6 +127,40 @@ def test_a_grating_has_its_orders_where_and_as_bright_as_it_should():
     assert light.sum() < 1e-4
 
 
+@pytest.mark.parametrize("fill", [0.25, 0.81])
+def test_the_fill_factor_dims_orders_as_a_square_of_its_root_does(fill):
+    """Order ±1 of period Λ passes fill·sinc(p·√fill/Λ) of the amplitude, order 0 fill."""
+    period = 4
+    column = np.where(np.arange(192) % period < 2, 255, 0).astype(np.uint8)
+    frame = np.tile(column, (160, 1))
+    plain, dim = (
+        np.abs(FourF(SLM_, LAMBDA, "real", Bench(fill_factor=f)).fourier_plane(frame))
+        for f in (None, fill)
+    )
+    assert dim[0, 0] / plain[0, 0] == pytest.approx(fill, rel=1e-4)
+    order = 192 // period
+    assert dim[0, order] / plain[0, order] == pytest.approx(
+        fill * np.sinc(np.sqrt(fill) / period), rel=1e-4
+    )
+
+
+@pytest.mark.parametrize("magnification", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("tilt", [0.0, 0.02, -0.02])
+def test_the_second_lens_casts_its_shadow_along_the_light(magnification, tilt):
+    """Lens 2 stands focal2 before the image, where light of angle θ/M comes from θ·focal2/M
+    aside; in the scene's scale the lit disc is centred θ·focal2/M² off the axis and 1/M as wide."""
+    focal2 = magnification * 0.01
+    bench = Bench(
+        focal1=0.01, focal2=focal2, lens2=magnification * 0.5e-3, filter=Filter(dc_block=None),
+        illumination=Illumination(tilt=(0.0, np.arcsin(tilt))),
+    )  # fmt: skip
+    frame = np.full(SLM_.shape, 128, dtype=np.uint8)
+    light = np.abs(FourF(SLM_, LAMBDA, "real", bench).field(frame)) ** 2
+    y, x = SLM_.y()[:, None], SLM_.x()[None, :] - tilt * focal2 / magnification**2
+    inside, outside = (y**2 + x**2 < 0.2e-3**2), (y**2 + x**2 > 0.32e-3**2)
+    assert light[inside].mean() > 20 * light[outside].mean()
+
+
 @settings(max_examples=10, deadline=None)
 @given(
     seed=st.integers(0, 1000),
@@ -171,6 +205,25 @@ def test_apertures_keep_what_lies_inside():
         want = inside(y[:, None], x[None, :])
         assert np.array_equal(system.transmission() > 0, want)
         assert np.array_equal(np.abs(np.fft.fft2(system.field(frame))) > 1e-2, want)
+
+
+def test_an_opening_stands_where_the_light_is_unless_told():
+    """On the carrier of a single sideband, λ·focal1/4p off the axis: nothing of the top is lost."""
+    frame = encode(field_of([[0, 0.4e-3, Z], [0, -0.4e-3, Z]]), SLM_)
+    open_, narrow = (
+        four_f(frame, SLM_, LAMBDA, Z, bench=Bench(filter=Filter(aperture=size)))
+        for size in (None, 4e-3)
+    )
+    top, bottom = (narrow[part].sum() / open_[part].sum() for part in (slice(80), slice(80, None)))
+    assert top == pytest.approx(bottom, rel=0.02) and top > 0.3
+    carrier = LAMBDA * 0.15 / (4 * P)
+    for centre, want in ((None, carrier), ((0.0, 0.0), 0.0), ((1e-3, 0.0), 1e-3)):
+        bench = Bench(filter=Filter(half_plane=True, dc_block=None, aperture=1e-3, centre=centre))
+        y = FourF(SLM_, LAMBDA, bench=bench)
+        lit = y.fourier_coordinates()[0][y.transmission().max(axis=1) > 0]
+        assert lit.max() == pytest.approx(want + 0.5e-3, abs=6e-5)
+    real = FourF(SLM_, LAMBDA, "real", Bench(filter=Filter(aperture=1e-3)))
+    assert np.abs(real.fourier_coordinates()[0][real.transmission().max(axis=1) > 0]).max() < 5e-4
 
 
 def test_a_users_filter_image_is_upright_in_frequency():

@@ -5,12 +5,13 @@ object's own area: PSNR and SSIM of the intensity, the centroid's shift, and bes
 """
 
 from collections.abc import Callable
-from math import ceil, floor, log10
+from math import ceil, floor
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.metrics import psnr, ssim
 from chrmc.optics.propagation import padded_shape, propagate, transfer_function
 from chrmc.scene.scene import ObjectFrame, SceneFrame
 from chrmc.slm import SLM
@@ -94,35 +95,13 @@ def _compare(
     shift = _centroid(images[0]) - _centroid(images[1])
     focus = [_best_focus(f, inner, slm, wavelength, depth) for f in (a, b)]
     return {
-        "psnr": _psnr(*images),
-        "ssim": _ssim(*images),
+        "psnr": min(BEST_PSNR, psnr(images[0], images[1])),
+        "ssim": ssim(images[0], images[1]),
         "shift_x": float(shift[1] * slm.pixel_pitch),
         "shift_y": float(shift[0] * slm.pixel_pitch),
         "focus": focus[0],
         "focus_shift": focus[0] - focus[1],
     }
-
-
-def _psnr(image: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
-    error, peak = float(np.mean((image - truth) ** 2)), float(truth.max())
-    if error == 0:
-        return BEST_PSNR
-    return min(BEST_PSNR, 10 * log10(max(peak, 1e-300) ** 2 / error))
-
-
-def _ssim(image: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
-    from skimage.metrics import structural_similarity
-
-    # Gaussian windows of 11 pixels (Wang et al. 2004); an object's area is larger by its margin.
-    value = structural_similarity(
-        image,
-        truth,
-        data_range=max(float(truth.max()), 1e-300),
-        gaussian_weights=True,
-        sigma=1.5,
-        use_sample_covariance=False,
-    )
-    return float(value)
 
 
 def _centroid(image: NDArray[np.float64]) -> NDArray[np.float64]:

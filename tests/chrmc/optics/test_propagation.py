@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from scipy.special import fresnel
 
 from chrmc import SLM, PointCloud, reference_field
+from chrmc.optics.passband import Passband
 from chrmc.optics.propagation import (
     Patch,
     Propagator,
@@ -240,7 +241,7 @@ def test_shift_moves_the_window_and_padding_allows_for_it():
 
 def test_band_limits_what_passes():
     f = 0.4 / P
-    h = transfer_function((64, 64), P, LAMBDA, 1e-3, band=(0.2 / P, f))
+    h = transfer_function((64, 64), P, LAMBDA, 1e-3, band=Passband(fx_max=f, fy_max=0.2 / P))
     fy = np.abs(np.fft.fftfreq(64, P))
     assert not h[fy > 0.2 / P].any() and not h[:, fy > f].any()
     assert h[np.ix_(fy <= 0.2 / P, fy <= f)].all()
