@@ -1,7 +1,7 @@
 """Method options checked by name before work starts, so that a typo is told in one line."""
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 
@@ -12,10 +12,20 @@ def option_names(function: Callable[..., Any]) -> tuple[list[str], bool]:
     return names, any(p.kind is p.VAR_KEYWORD for p in parameters)
 
 
-def check_options(kind: str, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
-    """ValueError for an option that a method does not take."""
+def check_options(
+    kind: str,
+    function: Callable[..., Any],
+    options: Mapping[str, Any],
+    elsewhere: Callable[[str], Sequence[str]] = lambda option: (),
+) -> None:
+    """ValueError for an option that a method does not take.
+
+    elsewhere : option to the names of methods that have it
+    """
     names, others = option_names(function)
     unknown = [] if others else sorted(set(options) - set(names))
     if unknown:
         takes = f"it takes {', '.join(names)}" if names else "it takes none"
-        raise ValueError(f"{kind} has no option {unknown[0]!r}; {takes}")
+        having = elsewhere(unknown[0])
+        who = f"; {', '.join(having)} {'has' if len(having) == 1 else 'have'} it" if having else ""
+        raise ValueError(f"{kind} has no option {unknown[0]!r}; {takes}{who}")

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from chrmc.cgh import method_named
-from chrmc.compensation import compensation_named
+from chrmc.cgh import DEFAULT_METHOD, method_named
+from chrmc.compensation import ch_rmc_for, compensation_named, unaliased
 from chrmc.encoding import coding_for
 from chrmc.generation import Recipe, scene_wavelength
 from chrmc.options import option_names
@@ -32,20 +32,25 @@ def recipe_for(
 ) -> Recipe:
     """The recipe that these choices mean; ValueError where they do not fit together."""
     if cgh is None:
-        cgh = "curved"
+        cgh = DEFAULT_METHOD
+    takes_tolerance = method_named(cgh).takes("tolerance")
     if compensation is None:
-        compensation = "ch-rmc" if cgh == "curved" or surface is not None else "none"
-    takes_tolerance = "tolerance" in option_names(method_named(cgh))[0]
-    compensation_named(compensation)
-    coding_for(encoding, slm)
+        exact = ch_rmc_for(cgh) == "ch-rmc-object"
+        compensation = "ch-rmc" if exact or surface is not None else "none"
     options = dict(settings)
     if compensation == "ch-rmc":
-        options["surface"] = surface or ("object" if cgh == "curved" else "paper")
+        compensation = ch_rmc_for(cgh)
+        if surface is not None:
+            compensation = str(unaliased("ch-rmc", {"surface": surface})[0])
     elif surface is not None:
         raise ValueError(f"--surface belongs to --compensation ch-rmc, not {compensation}")
     if tolerance is not None and not 0 < tolerance < 1:
         raise ValueError(f"--tolerance must lie between 0 and 1, not {tolerance:g}")
-    if tolerance is not None and compensation != "none" and options.get("surface") != "object":
+    promises = (
+        compensation == "none" or "tolerance" in option_names(compensation_named(compensation))[0]
+    )
+    coding_for(encoding, slm)
+    if tolerance is not None and not promises:
         raise ValueError(
             f"--compensation {compensation} cannot promise --tolerance {tolerance:g}: use "
             "--surface object, --compensation none, or --set rekey_error=… on the paper's surface"

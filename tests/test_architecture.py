@@ -67,3 +67,27 @@ def test_importing_the_packages_loads_no_window_and_no_plots() -> None:
 def test_files_hold_one_idea() -> None:
     long = {p.name: n for p in SOURCES if (n := len(p.read_text("utf-8").splitlines())) > 450}
     assert not long
+
+
+def test_methods_are_known_by_what_they_are_not_by_name() -> None:
+    """`curved` is named by itself, where methods are registered, and by what builds on it."""
+    own = ("chrmc/cgh/curved/", "chrmc/compensation/ch_rmc_object/")
+    named = {
+        "chrmc/cgh/method.py",  # its line, and the default
+        "chrmc/compensation/__init__.py",  # the object surface works on it
+        "chrmc/bench/speed.py",  # times its parts
+    }
+    for path in SOURCES:
+        place = path.relative_to(ROOT).as_posix()
+        if place.startswith(own) or place in named:
+            continue
+        assert not any(name.startswith("chrmc.cgh.curved") for name in imported(path)), place
+        words = [n.value for n in ast.walk(ast.parse(path.read_text("utf-8")))
+                 if isinstance(n, ast.Constant)]  # fmt: skip
+        assert "curved" not in words, place
+
+
+def test_the_object_surface_takes_what_curved_offers() -> None:
+    for path in (ROOT / "chrmc/compensation/ch_rmc_object").glob("*.py"):
+        inside = {n for n in imported(path) if n.startswith("chrmc.cgh.curved")}
+        assert all(n.startswith("chrmc.cgh.curved.interface.") for n in inside), path

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from chrmc.cgh import DEFAULT_METHOD
 from chrmc.compensation import video
 from chrmc.compensation.ledger import FrameRecord
 from chrmc.scene.scene import Scene
@@ -84,7 +85,7 @@ def runs(
     slm: SLM,
     wavelength: float = WAVELENGTH,
     *,
-    cgh: str = "curved",
+    cgh: str = DEFAULT_METHOD,
     encoding: str = "ssb",
     frames: tuple[int, int] | None = None,
     rekey: dict[str, Any] | None = None,
@@ -105,8 +106,7 @@ def runs(
                 slm,
                 wavelength,
                 cgh=cgh,
-                compensation="ch-rmc",
-                surface="paper",
+                compensation="ch-rmc-paper",
                 frames=frames,
                 coding=encoding,
                 measure=True,

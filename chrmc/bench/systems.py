@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh import METHODS, compute_field, with_cache
+from chrmc.cgh import DEFAULT_METHOD, compute_field, method_named
 from chrmc.compensation import video
 from chrmc.compensation.ch_rmc_paper.error_correction import match, rule_named, snr
 from chrmc.compensation.frame import VideoFrame
@@ -233,7 +233,7 @@ def _start(
     measured: Measured, scene: Scene, slm: SLM, wavelength: float, numbers: range, coding: Coding
 ) -> Iterator[VideoFrame]:
     system = measured.system
-    options = with_cache(system.cgh, dict(system.options))
+    options = method_named(system.cgh).with_cache(dict(system.options))
     measured.cache = options.get("cache")
     try:
         return video(
@@ -286,9 +286,7 @@ def _snr(frame: VideoFrame, scene: Scene) -> float:
 
 
 def _exact(cloud: PointCloud, slm: SLM, wavelength: float, coding: Coding) -> Field:
-    """The exact field for images: the quickest method that is right to 1e-4."""
-    if "curved" in METHODS:
-        return compute_field(
-            cloud, slm, wavelength, "curved", passband=coding.passband, tolerance=1e-4
-        )
-    return compute_field(cloud, slm, wavelength, "rt", passband=coding.passband)
+    """The exact field for images: right to 1e-4."""
+    return compute_field(
+        cloud, slm, wavelength, DEFAULT_METHOD, passband=coding.passband, tolerance=1e-4
+    )

@@ -16,7 +16,7 @@ import numpy as np
 from chrmc.bench.paper import GROWTH, POINTS, SECONDS, STAGES, TIMES
 from chrmc.bench.systems import Measured, System, count_points
 from chrmc.cgh import METHODS
-from chrmc.compensation import COMPENSATIONS
+from chrmc.compensation import COMPENSATIONS, ch_rmc_for
 from chrmc.encoding import Coding
 from chrmc.scene.scene import Scene, frame_range
 from chrmc.slm import SLM
@@ -24,8 +24,6 @@ from chrmc.slm import SLM
 RULES = ("strict", "tolerant")
 # Table 2's printed ACT growth over the NLUT's, per cent.
 TIME_GROWTH = {"MC-NLUT": 29.35, "MPEG-NLUT": 67.43, "3DMC-NLUT": 75.02}
-# Methods that find points themselves and have no original of their own in the paper.
-_EXACT = "curved"
 
 
 @dataclass(frozen=True)
@@ -44,12 +42,11 @@ def table1_pairs() -> list[Pair]:
     """Every CGH method here, plain and with CH-RMC: on the paper's surface, or the exact one."""
     pairs = []
     for cgh in METHODS:
-        exact = cgh == _EXACT
-        surface = "object" if exact else "paper"
+        compensation = ch_rmc_for(cgh)
         pairs.append(
             Pair(
                 System(cgh, cgh),
-                System(f"{cgh} + ch-rmc {surface}", cgh, "ch-rmc", (("surface", surface),)),
+                System(f"{cgh} + {compensation}", cgh, compensation),
                 cgh.upper() if cgh.upper() in TIMES else None,
             )
         )
@@ -61,12 +58,11 @@ def table2_pairs(cgh: str = "nlut") -> list[Pair]:
     original = System(cgh, cgh)
     pairs = []
     for name in COMPENSATIONS:
-        if name == "none":
+        if name == "none" or (name.startswith("ch-rmc") and name != ch_rmc_for(cgh)):
             continue
-        options = (("surface", "paper"),) if name == "ch-rmc" else ()
-        paper = "NLUT" if name == "ch-rmc" else name.upper()
-        label = f"{cgh} + ch-rmc paper" if name == "ch-rmc" else name
-        pairs.append(Pair(original, System(label, cgh, name, options), paper))
+        ours = name == ch_rmc_for(cgh)
+        label = f"{cgh} + {name}" if ours else name
+        pairs.append(Pair(original, System(label, cgh, name), "NLUT" if ours else name.upper()))
     return pairs
 
 
@@ -87,7 +83,7 @@ def tolerant_points(
     found = {}
     numbers = frame_range(scene, frames)
     for system in systems:
-        if system.compensation == "none" or system.cgh == _EXACT:
+        if system.compensation in ("none", "ch-rmc-object"):
             continue
         loose = replace(system, options=(*system.options, ("matching", "tolerant")))
         try:
@@ -243,7 +239,7 @@ def stages_text(table: Sequence[dict[str, Any]]) -> str:
             row["system"].ljust(24) + "".join(f"{1e3 * row[f'{s}_s']:>11.2f}" for s in STAGES)
         )
         name = row["cgh"].upper()
-        if row["compensation"] == "ch-rmc" and name in SECONDS:
+        if row["compensation"] == "ch-rmc-paper" and name in SECONDS:
             lines.append(
                 f"  paper, CH-RMC {name}".ljust(24)
                 + "".join(f"{1e3 * value:>11.2f}" for value in SECONDS[name])

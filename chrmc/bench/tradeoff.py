@@ -16,34 +16,23 @@ import chrmc
 from chrmc.bench.reckon import reckon
 from chrmc.bench.speed import fresh_clouds, surface_cloud
 from chrmc.bench.tradeoff_table import Entry
-from chrmc.cgh import METHODS, Method, compute_field, curved, with_cache
+from chrmc.cgh import DEFAULT_METHOD, METHODS, field_and_error, method_named
 from chrmc.compensation import COMPENSATIONS
 from chrmc.encoding import Coding
-from chrmc.optics.passband import Passband
 from chrmc.reference import reference_samples, relative_error
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene, SceneFrame
 from chrmc.slm import SLM
-from chrmc.window import Window
 
 Images = Callable[[NDArray[np.complex64], NDArray[np.complex64], SceneFrame], Mapping[str, float]]
 """(field, exact field, scene frame) → object name → PSNR in dB of its reconstruction."""
 Watch = Callable[[Sequence[Any], str], Iterable[Any]]
 
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
-# Accuracy settings; a method that is not named here has one, its default.
-CGH_SETTINGS: dict[str, list[dict[str, Any]]] = {
-    "curved": [{"tolerance": t} for t in TOLERANCES],
-    "wrp": [{"planes": n} for n in (1, 4, 12)],
-    "nlut": [{"depth_step": s} for s in (1e-3, 1e-4, None)],
-    "nlut-1d": [{"depth_step": s} for s in (1e-3, 1e-4, None)],
-}
+# CGH method and options; a method that is not named here has one setting, its default.
 VIDEO_SETTINGS: dict[str, list[tuple[str, dict[str, Any]]]] = {
-    "none": [("curved", {"tolerance": t}) for t in (1e-2, 1e-3, 1e-5)],
-    "ch-rmc": [
-        *(("curved", {"surface": "object", "tolerance": t}) for t in TOLERANCES),
-        ("curved", {"surface": "paper"}),
-    ],
+    "none": [(DEFAULT_METHOD, {"tolerance": t}) for t in (1e-2, 1e-3, 1e-5)],
+    "ch-rmc-object": [(DEFAULT_METHOD, {"tolerance": t}) for t in TOLERANCES],
 }
 LIMIT = 10.0
 """Seconds per frame past which a method is left out."""
@@ -73,10 +62,10 @@ class Optics:
     coding: Coding
 
     def field(
-        self, cloud: PointCloud, method: str | Method, options: Mapping[str, Any]
-    ) -> NDArray[np.complex64]:
-        """(H, W) field by a CGH method."""
-        return compute_field(
+        self, cloud: PointCloud, method: str, options: Mapping[str, Any]
+    ) -> tuple[NDArray[np.complex64], float | None]:
+        """(H, W) field by a CGH method, and the error it expects where it says so."""
+        return field_and_error(
             cloud, self.slm, self.wavelength, method, passband=self.coding.passband, **options
         )
 
@@ -120,16 +109,16 @@ def cgh_entries(
 ) -> list[Entry]:
     """Every CGH method at every setting, in turn, on each of some fresh clouds.
 
-    limit : seconds per frame past which a method is left out, all but `curved`; one that takes
-        more than a quarter of it is run on the first cloud only
-    images : compares reconstructions, on the first cloud. The exact field is `curved` at 2e-6;
-        past 200,000 points the one that `curved` at 1e-6 just made
+    limit : seconds per frame past which a method is left out, all but the default one; one that
+        takes more than a quarter of it is run on the first cloud only
+    images : compares reconstructions, on the first cloud. The exact field is the default method's
+        at 2e-6; past 200,000 points the one that its finest setting just made
     smaller : entries of smaller clouds of the same kind, from which times are reckoned; without
         them parts of the cloud are run
     """
     count = len(clouds[0])
     jobs = [
-        _Job(entry, method, setting, with_cache(method, setting))
+        _Job(entry, method, setting, method_named(method).with_cache(setting))
         for entry, method, setting in _cgh_jobs(name, count)
     ]
     pixels = optics.pixels(count)
@@ -137,14 +126,14 @@ def cgh_entries(
     if images is not None and count <= _EXACT_POINTS:
         exact, note = _exact(clouds[0], optics)
     # The finest first: what it makes may serve as the exact field of the others' images.
-    finest = next(j for j in jobs if j.setting.get("tolerance") == min(TOLERANCES))
+    finest = [job for job in jobs if job.method == DEFAULT_METHOD][-1]
     turns = [finest, *(job for job in jobs if job is not finest)]
     steps = [(number, job) for number in range(len(clouds)) for job in turns]
     for number, job in watch(steps, name):
         entry, cloud = job.entry, clouds[number]
         if job is finest:
             truth = None
-        if number == 0 and job.method != "curved":
+        if number == 0 and job.method != DEFAULT_METHOD:
             _leave_out_slow(job, cloud, optics, limit, smaller)
         if entry.refused or (number > 0 and entry.time > _ONCE * limit):
             continue
@@ -245,9 +234,9 @@ def cloud_name(count: int) -> str:
 
 def _cgh_jobs(name: str, points: int) -> list[tuple[Entry, str, dict[str, Any]]]:
     return [
-        (Entry(name, "cgh", method, _told(setting), points), method, setting)
+        (Entry(name, "cgh", method, _told(setting), points), method, dict(setting))
         for method in METHODS
-        for setting in CGH_SETTINGS.get(method, [{}])
+        for setting in method_named(method).settings
     ]
 
 
@@ -255,7 +244,7 @@ def _video_jobs(name: str, points: int) -> list[tuple[Entry, str, dict[str, Any]
     return [
         (Entry(name, "video", compensation, _told(options), points), cgh, options)
         for compensation in COMPENSATIONS
-        for cgh, options in VIDEO_SETTINGS.get(compensation, [("curved", {})])
+        for cgh, options in VIDEO_SETTINGS.get(compensation, [(DEFAULT_METHOD, {})])
     ]
 
 
@@ -268,36 +257,12 @@ def _told(options: Mapping[str, Any]) -> str:
 
 def _run(job: _Job, cloud: PointCloud, optics: Optics) -> NDArray[np.complex64]:
     """One timed run, and what the method itself expects of it where it says so."""
-    expected: list[float] = []
-    method = _telling(expected) if job.method == "curved" else job.method
     start = time.perf_counter()
-    made = optics.field(cloud, method, job.options)
+    made, expected = optics.field(cloud, job.method, job.options)
     job.entry.seconds.append(time.perf_counter() - start)
-    if expected:
-        job.entry.predicted = max(job.entry.predicted or 0.0, expected[0])
+    if expected is not None:
+        job.entry.predicted = max(job.entry.predicted or 0.0, expected)
     return made
-
-
-def _telling(expected: list[float]) -> Method:
-    """`curved` that leaves the error it expects in a list; the same work."""
-
-    def field(
-        cloud: PointCloud,
-        slm: SLM,
-        wavelength: float,
-        window: Window,
-        passband: Passband,
-        *,
-        tolerance: float = 1e-3,
-    ) -> NDArray[np.complex64]:
-        made, error = curved.field_and_error(
-            cloud, slm, wavelength, window, passband, tolerance=tolerance
-        )
-        if error is not None:
-            expected.append(error)
-        return made
-
-    return field
 
 
 def _leave_out_slow(
@@ -307,7 +272,7 @@ def _leave_out_slow(
 
     def seconds_of(count: int) -> float:
         part = cloud.select(np.linspace(0, len(cloud) - 1, count).astype(np.intp))
-        options = with_cache(job.method, job.setting)
+        options = method_named(job.method).with_cache(job.setting)
         start = time.perf_counter()
         optics.field(part, job.method, options)
         return time.perf_counter() - start
@@ -343,6 +308,6 @@ def _exact(cloud: PointCloud, optics: Optics) -> tuple[NDArray[np.complex64] | N
     if len(cloud) > _EXACT_POINTS:
         return None, "no PSNR: too many points for an exact field"
     try:
-        return optics.field(cloud, "curved", {"tolerance": 2e-6}), ""
+        return optics.field(cloud, DEFAULT_METHOD, {"tolerance": 2e-6})[0], ""
     except ValueError as refusal:
         return None, f"no PSNR: {refusal}"

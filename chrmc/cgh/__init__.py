@@ -1,70 +1,46 @@
 """CGH methods: one frame's points to the complex field on a window.
 
-A method is a function
-
-    field(cloud, slm, wavelength, window, passband, **accuracy) -> complex64 (window.shape)
-
-that returns Σ w·a/r·exp(i(kr + φ)), absolutely scaled. Adding one is writing one file here and one
-line below; a callable of that form is accepted wherever a method's name is.
+What a method is says `chrmc.cgh.method`, where each has its line; a function of a method's form
+is accepted wherever a method's name is.
 """
 
-import sys
-from collections.abc import Callable
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cgh.method import (
+    DEFAULT_METHOD,
+    METHODS,
+    CGHMethod,
+    Method,
+    method_named,
+)
+from chrmc.encoding import Coding
 from chrmc.optics.footprint import check_showable
 from chrmc.optics.passband import Passband
-from chrmc.options import check_options, option_names
 from chrmc.reference import resolve_passband
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from chrmc.window import Window
 
-Method = Callable[..., NDArray[np.complex64]]
-
-# name: the module of this package whose `field` it is
-METHODS = {
-    "curved": "chrmc.cgh.curved",
-    "rt": "chrmc.cgh.rt",
-    "fresnel": "chrmc.cgh.fresnel",
-    "wrp": "chrmc.cgh.wrp",
-    "nlut": "chrmc.cgh.nlut",
-    "nlut-1d": "chrmc.cgh.nlut_1d",
-}
-
-
-def method_named(method: "str | Method") -> Method:
-    """The function of a method's name; a callable is returned as it is."""
-    if callable(method):
-        return method
-    if method not in METHODS:
-        raise ValueError(f"unknown CGH method {method!r}: choose one of {', '.join(METHODS)}")
-    function: Method = import_module(METHODS[method]).field
-    return function
-
-
-def with_cache(method: "str | Method", options: dict[str, Any]) -> dict[str, Any]:
-    """The options, with a cache to hold for a whole video where the method takes one.
-
-    A method that takes `cache=` names what makes one `new_cache` in its module.
-    """
-    function = method_named(method)
-    module = sys.modules.get(getattr(function, "__module__", None) or "")
-    new_cache = getattr(module, "new_cache", None)
-    if new_cache is None or "cache" in options or "cache" not in option_names(function)[0]:
-        return options
-    return {**options, "cache": new_cache()}
+__all__ = [
+    "DEFAULT_METHOD",
+    "METHODS",
+    "CGHMethod",
+    "Method",
+    "compute_field",
+    "field_and_error",
+    "method_named",
+    "signal_and_error",
+]
 
 
 def compute_field(
     cloud: PointCloud,
     slm: SLM,
     wavelength: float,
-    method: "str | Method" = "rt",
+    method: str | Method = "rt",
     *,
     window: Window | None = None,
     passband: Passband | None = None,
@@ -75,7 +51,7 @@ def compute_field(
 
     cloud : points, z > 0
     wavelength : metres
-    method : a name in METHODS, or a function of that form
+    method : a name in METHODS, a function of that form, or a `CGHMethod`
     window : part of the SLM, default all
     passband : what the soft footprint ends at, default the SLM's full band
     footprint : "soft", or None for bare spherical waves
@@ -84,11 +60,59 @@ def compute_field(
     Returns complex64 (H, W), Σ a/r·exp(+i(kr + φ)) with the footprint; zeros for no points.
     Raises ValueError for points behind the hologram or that no pixel can show.
     """
+    return field_and_error(
+        cloud,
+        slm,
+        wavelength,
+        method,
+        window=window,
+        passband=passband,
+        footprint=footprint,
+        **options,
+    )[0]
+
+
+def field_and_error(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    method: str | Method,
+    *,
+    window: Window | None = None,
+    passband: Passband | None = None,
+    footprint: str | None = "soft",
+    **options: Any,
+) -> tuple[NDArray[np.complex64], float | None]:
+    """`compute_field`, and the relative L2 error that the method expects of it, if it does."""
     band = resolve_passband(slm, footprint, passband)
     part = Window.full(slm) if window is None else window.check(slm)
     check_showable(cloud, slm, wavelength, band)
-    function = method_named(method)
-    check_options(f"CGH method {method}", function, options)
+    chosen = method_named(method)
+    chosen.check(options)
     if len(cloud) == 0 or part.size == 0:
-        return np.zeros(part.shape, dtype=np.complex64)
-    return function(cloud, slm, wavelength, part, band, **options)
+        return np.zeros(part.shape, dtype=np.complex64), None
+    if chosen.field_and_error is None:
+        return chosen.field(cloud, slm, wavelength, part, band, **options), None
+    return chosen.field_and_error(cloud, slm, wavelength, part, band, **options)
+
+
+def signal_and_error(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    method: str | Method,
+    coding: Coding,
+    **options: Any,
+) -> tuple[NDArray[np.float32], float | None]:
+    """Re(field·exp(+2πi·carrier·y)), (H, W) float32, from a method that has a signal; its error."""
+    check_showable(cloud, slm, wavelength, coding.passband)
+    chosen = method_named(method)
+    chosen.check(options)
+    if len(cloud) == 0:
+        return np.zeros(slm.shape, dtype=np.float32), None
+    window = Window.full(slm)
+    if chosen.signal_and_error is not None:
+        return chosen.signal_and_error(cloud, slm, wavelength, window, coding, **options)
+    if chosen.signal is None:
+        raise ValueError(f"CGH method {chosen.name} makes a field only; take its real part")
+    return chosen.signal(cloud, slm, wavelength, window, coding, **options), None

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cgh.method import CGHMethod
 from chrmc.optics.footprint import reach, taper
 from chrmc.optics.passband import Passband
 from chrmc.optics.propagation import cycles_to_phasor
@@ -62,3 +63,6 @@ def _axis(
     phasor = cycles_to_phasor(cycles)
     phasor *= taper(d, (z * reach(wavelength, f_max))[:, None]).astype(np.float32)
     return phasor
+
+
+METHOD = CGHMethod(field)

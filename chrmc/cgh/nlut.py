@@ -14,7 +14,16 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.pfp import DEPTH_STEP, FORMS, PFPTable, Placed, axis_factors, quadrant
+from chrmc.cgh.method import CGHMethod
+from chrmc.cgh.pfp import (
+    DEPTH_SETTINGS,
+    DEPTH_STEP,
+    FORMS,
+    PFPTable,
+    Placed,
+    axis_factors,
+    quadrant,
+)
 from chrmc.optics.footprint import reach
 from chrmc.optics.passband import Passband
 from chrmc.scene.points import PointCloud
@@ -22,7 +31,6 @@ from chrmc.slm import SLM
 from chrmc.threads import workers
 from chrmc.window import Window
 
-new_cache = PFPTable
 _BLOCK = 1 << 16  # pixels a thread works on at once, so that sums stay in its cache
 _CHUNK = 128  # points whose correction factors are held at once
 
@@ -146,3 +154,6 @@ def _halves(low: int, high: int, centre: int) -> Iterator[tuple[int, int, slice]
         yield low, before, slice(centre - low, centre - before, -1)
     if after < high:
         yield after, high, slice(after - centre, high - centre)
+
+
+METHOD = CGHMethod(field, new_cache=PFPTable, settings=DEPTH_SETTINGS)

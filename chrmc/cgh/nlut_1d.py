@@ -8,13 +8,13 @@ its paraxial error.
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.pfp import DEPTH_STEP, PFPTable, Placed, axis_factors, quarter_axis
+from chrmc.cgh.method import CGHMethod
+from chrmc.cgh.pfp import DEPTH_SETTINGS, DEPTH_STEP, PFPTable, Placed, axis_factors, quarter_axis
 from chrmc.optics.passband import Passband
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from chrmc.window import Window
 
-new_cache = PFPTable
 _POINTS = 512  # per GEMM: bounds the tables
 
 
@@ -71,3 +71,6 @@ def field(
             axes.append(lines)
         out += (axes[0] * weight[:, None]).T @ axes[1]
     return out
+
+
+METHOD = CGHMethod(field, new_cache=PFPTable, settings=DEPTH_SETTINGS)

@@ -27,6 +27,7 @@ from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 
 DEPTH_STEP = 1e-4
+DEPTH_SETTINGS = tuple({"depth_step": step} for step in (1e-3, 1e-4, None))
 """Default distance between depth planes, metres: that of the paper's 256-plane images."""
 SUBPIXEL = ("exact", "round")
 FORMS = ("spherical", "fresnel")

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cgh.method import CGHMethod
 from chrmc.optics.footprint import reach, taper
 from chrmc.optics.passband import Passband
 from chrmc.scene.points import PointCloud
@@ -158,3 +159,6 @@ def _add(
     target = out[rows]
     target.real += real
     target.imag += imaginary
+
+
+METHOD = CGHMethod(field)

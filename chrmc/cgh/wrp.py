@@ -25,6 +25,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from chrmc.cgh.method import CGHMethod
 from chrmc.optics.footprint import reach, taper
 from chrmc.optics.passband import Passband
 from chrmc.optics.propagation import cycles_to_phasor, transfer_function
@@ -80,9 +81,6 @@ class TransferCache:
             f"{len(self._kept)} transfer functions, {self.nbytes / 2**20:.3g} MiB of at most "
             f"{self.limit / 2**20:.3g} MiB"
         )
-
-
-new_cache = TransferCache
 
 
 def field(
@@ -386,3 +384,8 @@ def _grid_length(sources: list[tuple[int, int]], window: tuple[int, int], spread
     longest = max(max(window[1] - low, high - window[0]) for low, high in sources)
     need = max(longest + spread + 64, 2.3 * spread)
     return int(scipy.fft.next_fast_len(-(-int(np.ceil(need)) // _GRID_STEP) * _GRID_STEP))
+
+
+METHOD = CGHMethod(
+    field, new_cache=TransferCache, settings=tuple({"planes": n} for n in (1, 4, 12))
+)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from chrmc.cgh import DEFAULT_METHOD
 from chrmc.cli.arguments import form_option, frames_option, slm_option, wavelength_option
 from chrmc.slm import SLM
 
@@ -26,7 +27,7 @@ SCENES = ("car-house", "car-house-deep")
 )
 @frames_option
 @form_option
-@click.option("--cgh", default="curved", show_default=True, help="CGH method.")
+@click.option("--cgh", default=DEFAULT_METHOD, show_default=True, help="CGH method.")
 @click.option("--encoding", default="ssb", show_default=True, help="ssb or real: the passband.")
 @click.option("--radius", type=float, default=None, help="Of the curved hologram, m. [0.145]")
 @click.option(

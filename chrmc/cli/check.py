@@ -148,7 +148,7 @@ def truth_maker(video: Any, scene_name: str | None) -> Any:
 
     The low-rank method at 1e-6 stands for the float64 sum: 120 dB, and a thousand times faster.
     """
-    from chrmc.cgh import compute_field
+    from chrmc.cgh import DEFAULT_METHOD, compute_field
     from chrmc.encoding import coding_for
     from chrmc.scene.load import load_scene
 
@@ -158,7 +158,7 @@ def truth_maker(video: Any, scene_name: str | None) -> Any:
     def field(number: int) -> Any:
         cloud = scene.frame(number).cloud
         return compute_field(
-            cloud, video.slm, video.wavelength, "curved", passband=band, tolerance=1e-6
+            cloud, video.slm, video.wavelength, DEFAULT_METHOD, passband=band, tolerance=1e-6
         )
 
     return field

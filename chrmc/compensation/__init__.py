@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import Any
 
-from chrmc.cgh import Method, with_cache
+from chrmc.cgh import Method, method_named
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import Coding, coding_for
-from chrmc.options import check_options
+from chrmc.options import check_options, option_names
 from chrmc.scene.scene import Scene, frame_range
 from chrmc.slm import SLM, WAVELENGTH
 
@@ -28,8 +28,30 @@ COMPENSATIONS = {
     "mc-nlut": "chrmc.compensation.nlut.mc_nlut",
     "mpeg-nlut": "chrmc.compensation.nlut.mpeg_nlut",
     "3dmc-nlut": "chrmc.compensation.nlut.three_d_mc_nlut",
-    "ch-rmc": "chrmc.compensation.ch_rmc",
+    "ch-rmc-object": "chrmc.compensation.ch_rmc_object.video",
+    "ch-rmc-paper": "chrmc.compensation.ch_rmc_paper.paper",
 }
+_CH_RMC = "ch-rmc"  # either of the two, with the option `surface`
+_OBJECT_CGH = "curved"  # whose basebands the object surface turns
+
+
+def unaliased(
+    compensation: "str | VideoMethod", options: dict[str, Any]
+) -> "tuple[str | VideoMethod, dict[str, Any]]":
+    """A registered name and its options: `ch-rmc` and its option `surface` mean one of two."""
+    if compensation != _CH_RMC:
+        return compensation, options
+    others = dict(options)
+    surface = others.pop("surface", "object")
+    surfaces = [name.removeprefix("ch-rmc-") for name in COMPENSATIONS if _CH_RMC in name]
+    if surface not in surfaces:
+        raise ValueError(f"unknown surface {surface!r}: choose one of {', '.join(surfaces)}")
+    return f"{_CH_RMC}-{surface}", others
+
+
+def ch_rmc_for(cgh: "str | Method") -> str:
+    """The CH-RMC method for a CGH method: the exact one where it works on its basebands."""
+    return "ch-rmc-object" if cgh == _OBJECT_CGH else "ch-rmc-paper"
 
 
 def compensation_named(compensation: "str | VideoMethod") -> VideoMethod:
@@ -42,6 +64,11 @@ def compensation_named(compensation: "str | VideoMethod") -> VideoMethod:
         )
     function: VideoMethod = import_module(COMPENSATIONS[compensation]).frames
     return function
+
+
+def _having(option: str) -> list[str]:
+    """Names of the video methods that have an option of their own."""
+    return [name for name in COMPENSATIONS if option in option_names(compensation_named(name))[0]]
 
 
 def video(
@@ -70,7 +97,8 @@ def video(
     numbers = frame_range(scene, frames)
     if not isinstance(coding, Coding):
         coding = coding_for("real" if coding is None else coding, slm)
+    compensation, options = unaliased(compensation, options)
     method = compensation_named(compensation)
-    check_options(f"compensation {compensation}", method, options)
-    options = with_cache(cgh, options)
+    check_options(f"compensation {compensation}", method, options, _having)
+    options = method_named(cgh).with_cache(options)
     return method(scene, slm, wavelength, cgh, numbers, coding, **options)

@@ -6,16 +6,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh import Method, compute_field, curved, method_named
+from chrmc.cgh import Method, field_and_error, method_named, signal_and_error
 from chrmc.compensation.frame import VideoFrame
 from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import Coding
-from chrmc.optics.footprint import check_showable
 from chrmc.options import option_names
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
-from chrmc.window import Window
 
 
 def frames(
@@ -29,7 +27,8 @@ def frames(
 ) -> Iterator[VideoFrame]:
     """Every frame a key frame; `options` go to the CGH method.
 
-    With `curved` the coded signal comes straight from the points, without a complex field.
+    From a method that has one, the coded signal comes straight from the points, without a complex
+    field. An error that the method expects is in the record once the frame is made.
     """
     direct = _gives_signal(cgh, coding, options)
     for number in numbers:
@@ -44,14 +43,17 @@ def frames(
 
         def field(cloud: PointCloud = cloud, record: FrameRecord = record) -> NDArray[np.complex64]:
             with record.stage("HC"):
-                return compute_field(
+                made, record.error_predicted = field_and_error(
                     cloud, slm, wavelength, cgh, passband=coding.passband, **options
                 )
+            return made
 
         def signal(cloud: PointCloud = cloud, record: FrameRecord = record) -> NDArray[np.float32]:
             with record.stage("HC"):
-                check_showable(cloud, slm, wavelength, coding.passband)
-                return curved.signal(cloud, slm, wavelength, Window.full(slm), coding, **options)
+                made, record.error_predicted = signal_and_error(
+                    cloud, slm, wavelength, cgh, coding, **options
+                )
+            return made
 
         make_signal: Callable[[], NDArray[np.float32]] | None = signal if direct else None
         yield VideoFrame(scene_frame, record, field, make_signal)
@@ -62,6 +64,7 @@ def _gives_signal(cgh: str | Method, coding: Coding, options: Mapping[str, Any])
 
     Options that only `compute_field` knows, or nobody, are left to it.
     """
-    if coding.needs_field or method_named(cgh) is not curved.field:
+    signal = method_named(cgh).signal
+    if coding.needs_field or signal is None:
         return False
-    return set(options) <= set(option_names(curved.signal)[0])
+    return set(options) <= set(option_names(signal)[0])

@@ -26,6 +26,7 @@ from chrmc.cgh.curved.direct import BEARABLE, SMALL, direct_field
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.parallel import alone, spread
 from chrmc.cgh.curved.predict import Budget, error_allowed
+from chrmc.cgh.method import CGHMethod
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import reach
 from chrmc.optics.passband import Passband
@@ -215,13 +216,28 @@ def signal(
     tolerance: float = 1e-3,
 ) -> NDArray[np.float32]:
     """Re(field·exp(+2πi·carrier·y)) on the window, (H, W) float32, for half the work of `field`."""
+    return signal_and_error(cloud, slm, wavelength, window, coding, tolerance=tolerance)[0]
+
+
+def signal_and_error(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    coding: Coding,
+    *,
+    tolerance: float = 1e-3,
+) -> tuple[NDArray[np.float32], float | None]:
+    """`signal`, and the relative L2 error expected of the field; None where it is the exact sum."""
     check_tolerance(tolerance)
     made = _low_rank_or_none(cloud, slm, wavelength, window, coding.passband, tolerance)
     if made is None:
         exact = _direct(cloud, slm, wavelength, window, coding.passband)
         turn = 2 * np.pi * coding.carrier * slm.y(window.rows)[:, None]
-        return (exact.real * np.cos(turn) - exact.imag * np.sin(turn)).astype(np.float32)
-    return signal_of(made.factors, slm, wavelength, window, coding.carrier)
+        real = exact.real * np.cos(turn) - exact.imag * np.sin(turn)
+        return real.astype(np.float32), None
+    made_signal = signal_of(made.factors, slm, wavelength, window, coding.carrier)
+    return made_signal, made.error_predicted
 
 
 def _low_rank_or_none(
@@ -249,3 +265,12 @@ def _direct(
 ) -> NDArray[np.complex128]:
     plane = plane_of(slm, wavelength, window, passband)
     return direct_field(cloud, slm.x(window.columns), slm.y(window.rows), wavelength, plane.reach)
+
+
+METHOD = CGHMethod(
+    field,
+    signal=signal,
+    field_and_error=field_and_error,
+    signal_and_error=signal_and_error,
+    settings=tuple({"tolerance": 10.0**-digits} for digits in range(1, 7)),
+)

@@ -51,7 +51,7 @@ def test_every_video_method_is_measured() -> None:
     entries = tradeoff.video_entries(scene, OPTICS, range(1, 2))
     assert {e.method for e in entries} == set(COMPENSATIONS)
     assert [e.label for e in entries] == tradeoff.video_labels()
-    exact = [e for e in entries if "object, tolerance 1e-05" in e.setting]
+    exact = [e for e in entries if e.label == "ch-rmc-object tolerance 1e-05"]
     assert len(exact) == 1 and exact[0].error <= 1e-5
     assert all(len(e.seconds) == 1 for e in entries if not e.refused)
 

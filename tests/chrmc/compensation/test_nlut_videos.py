@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 import chrmc
-from chrmc.cgh import METHODS, with_cache
+from chrmc.cgh import METHODS, method_named
 from chrmc.compensation import video
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import coding_for
@@ -183,10 +183,10 @@ def test_an_object_that_leaves_what_the_panel_shows() -> None:
 
 
 def test_patterns_are_shared_by_a_whole_video() -> None:
-    assert "cache" in with_cache("nlut", {}) and "cache" in with_cache("wrp", {})
-    assert with_cache("rt", {"a": 1}) == {"a": 1}
-    mine = with_cache("nlut", {})["cache"]
-    assert with_cache("nlut", {"cache": mine})["cache"] is mine
+    assert "cache" in method_named("wrp").with_cache({})
+    assert method_named("rt").with_cache({"a": 1}) == {"a": 1}
+    mine = method_named("nlut").with_cache({})["cache"]
+    assert method_named("nlut").with_cache({"cache": mine})["cache"] is mine
     scene = load_scene("car-house", form="rgbd")
     for frame in frames_of(scene, "none", 3, cgh="nlut", cache=mine):
         assert frame.field.any()

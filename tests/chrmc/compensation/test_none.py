@@ -64,8 +64,9 @@ def test_only_curved_where_the_signal_is_enough_gives_it() -> None:
         made = chrmc.video(scene, PANEL, cgh=cgh, coding=encoding, frames=(1, 1), **options)
         return next(made).signal
 
-    assert signal(curved.field, "ssb") is not None
+    assert signal(curved.METHOD, "ssb") is not None
     assert signal("fresnel", "ssb") is None
+    assert signal(curved.field, "ssb") is None  # a plain function is no more than its field
     assert signal("curved", "offaxis") is None  # |U + R|² needs the field
     assert signal("curved", "ssb", footprint=None) is None  # only the field knows bare waves
     frame = next(chrmc.video(scene, PANEL, cgh="curved", frames=(1, 1), sharpness=3))

@@ -1,0 +1,93 @@
+"""What a CGH method is, and where each is found: one file for a method, one line here."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.options import check_options, option_names
+
+FieldFunction = Callable[..., NDArray[np.complex64]]
+"""(cloud, slm, wavelength, window, passband, **options) → complex64 (H, W) on the window."""
+
+
+@dataclass(frozen=True, eq=False)
+class CGHMethod:
+    """What a CGH method offers; only `field` is asked for.
+
+    field : (cloud, slm, wavelength, window, passband, **options) → complex64 (H, W), the sum
+        Σ w·a/r·exp(i(kr + φ)), absolutely scaled
+    signal : the same with a coding in place of the passband → float32 (H, W), the coded
+        Re(field·exp(+2πi·carrier·y)) for less work than the field takes
+    field_and_error, signal_and_error : the same, and the relative L2 error that the method
+        expects of it, None where it knows of none
+    new_cache : makes what the option `cache` takes, to be held for a whole video
+    settings : its options from coarse to fine, as benches compare them
+    """
+
+    field: FieldFunction
+    signal: Callable[..., NDArray[np.float32]] | None = None
+    field_and_error: Callable[..., tuple[NDArray[np.complex64], float | None]] | None = None
+    signal_and_error: Callable[..., tuple[NDArray[np.float32], float | None]] | None = None
+    new_cache: Callable[[], Any] | None = None
+    settings: tuple[Mapping[str, Any], ...] = ({},)
+
+    @property
+    def name(self) -> str:
+        """What it is registered as, else what its function is called."""
+        for name, module in METHODS.items():
+            if module == self.field.__module__:
+                return name
+        return getattr(self.field, "__name__", "a function")
+
+    def takes(self, option: str) -> bool:
+        """Whether `field` has an option of that name, or passes all on."""
+        names, others = option_names(self.field)
+        return others or option in names
+
+    def check(self, options: Mapping[str, Any]) -> None:
+        """ValueError for an option that it does not take, which says what methods do."""
+        check_options(
+            f"CGH method {self.name}",
+            self.field,
+            options,
+            lambda option: [name for name in METHODS if method_named(name).takes(option)],
+        )
+
+    def with_cache(self, options: dict[str, Any]) -> dict[str, Any]:
+        """The options, with a cache to hold for a whole video where the method takes one."""
+        if self.new_cache is None or "cache" in options:
+            return options
+        return {**options, "cache": self.new_cache()}
+
+
+Method = CGHMethod | FieldFunction
+"""What stands for a method wherever a name does: a plain function has no more than its field."""
+
+# name: the module that says what it is in `METHOD`
+METHODS = {
+    "curved": "chrmc.cgh.curved",
+    "rt": "chrmc.cgh.rt",
+    "fresnel": "chrmc.cgh.fresnel",
+    "wrp": "chrmc.cgh.wrp",
+    "nlut": "chrmc.cgh.nlut",
+    "nlut-1d": "chrmc.cgh.nlut_1d",
+}
+
+DEFAULT_METHOD = "curved"
+"""Taken where none is named, and as the exact one where methods are compared."""
+
+
+def method_named(method: str | Method) -> CGHMethod:
+    """The method of a name, or of a function."""
+    if isinstance(method, CGHMethod):
+        return method
+    if callable(method):
+        return CGHMethod(method)
+    if method not in METHODS:
+        raise ValueError(f"unknown CGH method {method!r}: choose one of {', '.join(METHODS)}")
+    found: CGHMethod = import_module(METHODS[method]).METHOD
+    return found
