@@ -107,7 +107,7 @@ class GreyResponse:
         lit = np.abs(values) > 1e-6 * np.abs(values).max()
         phase = np.unwrap(np.angle(values[lit])) if lit.any() else np.zeros(0)
         turn = np.interp(every, at[lit], phase) if lit.any() else np.zeros(LEVELS)
-        return cls(modulus * np.exp(1j * turn), name)
+        return cls(np.asarray(modulus * np.exp(1j * turn), dtype=np.complex128), name)
 
     @classmethod
     def from_csv(cls, path: str | Path) -> "GreyResponse":

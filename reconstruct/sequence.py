@@ -172,8 +172,8 @@ def region_of(video: Video, margin: float = 0.6e-3) -> tuple[slice, slice]:
     whole = Target(
         "all",
         boxes[0].position,
-        np.min([t.low for t in boxes], axis=0),
-        np.max([t.high for t in boxes], axis=0),
+        np.stack([t.low for t in boxes]).min(axis=0),
+        np.stack([t.high for t in boxes]).max(axis=0),
     )
     return _pixels(whole, slm.shape, slm.pixel_pitch, margin) or everything
 

@@ -58,7 +58,7 @@ def write_preview(scene: RGBDScene, path: Path, numbers: Sequence[int] | None = 
 
 def _margin(lit: NDArray[np.intp], count: int, pitch: float) -> tuple[float, float]:
     """Bounds of lit pixel indices in millimetres, with a margin; the whole raster when none is."""
-    first, last = (lit.min(), lit.max()) if len(lit) else (0, count - 1)
+    first, last = (float(lit.min()), float(lit.max())) if len(lit) else (0.0, count - 1.0)
     margin = 0.1 * (last - first) + 4
     first, last = max(first - margin, -0.5), min(last + margin, count - 0.5)
     return (first - (count - 1) / 2) * pitch, (last - (count - 1) / 2) * pitch
