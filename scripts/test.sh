@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Sets everything up, then runs the linter, the type checker and the tests.
+# Sets everything up, then runs the linter, the type checker and the tests: all three, whatever
+# the others say, and fails if one does.
 # --long runs the minutes-long tests too; other arguments go to pytest.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -11,7 +12,13 @@ if [ "${1:-}" = "--long" ]; then
     marks=(-m "long or not long" --timeout 3600)
     shift
 fi
-.venv/bin/ruff check .
-.venv/bin/ruff format --check .
-.venv/bin/mypy
-exec .venv/bin/python -m pytest "${marks[@]}" "$@"
+failed=()
+.venv/bin/ruff check . || failed+=("ruff check")
+.venv/bin/ruff format --check . || failed+=("ruff format")
+.venv/bin/mypy || failed+=(mypy)
+.venv/bin/python -m pytest "${marks[@]}" "$@" || failed+=(pytest)
+if [ ${#failed[@]} -gt 0 ]; then
+    printf -v names '%s, ' "${failed[@]}"
+    echo "failed: ${names%, }" >&2
+    exit 1
+fi
