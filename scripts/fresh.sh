@@ -61,25 +61,24 @@ furnish() {
     for file in /etc/pip.conf ~/.config/pip/pip.conf ~/.pip/pip.conf; do
         [ -e "$file" ] && install -D -m 644 "$file" "$root$file"
     done
-    # Bundles of certificates and folders of packages that pip is told of, at their own places.
+    file=$(certificates)
+    [ -z "$file" ] || install -D -m 644 "$file" "$root$bundle"
+    # Folders of packages that pip is told of, at their own places; an index names files beside it.
     {
-        env | sed -n 's/^PIP_[A-Z_]*=//p; s/^\(SSL_CERT_FILE\|REQUESTS_CA_BUNDLE\)=//p'
+        env | sed -n 's/^PIP_[A-Z_]*=//p'
         python3 -m pip config list 2>/dev/null | sed "s/^[^=]*=//; s/['\"]//g; s/\\\\n/ /g"
-    } | tr ' ' '\n' | sed 's#^file://##' | sort -u | while read -r file; do
-        case $file in
-            "$root"* | / | [!/]* | "") ;;
-            *) [ ! -e "$file" ] || [ -e "$root$file" ] || bring "$file" "$root$file" ;;
-        esac
+    } | tr ' ' '\n' | sed -n 's#^file://\(/.*\)/[^/]*$#\1#p; /^\//p' | sort -u | while read -r file; do
+        if [ -d "$file" ]; then
+            mkdir -p "$root$file"
+            mount --bind "$file" "$root$file"
+        fi
     done
 }
 
-bring() {
-    if [ -d "$1" ]; then
-        mkdir -p "$2"
-        mount --rbind "$1" "$2"
-    else
-        install -D -m 644 "$1" "$2"
-    fi
+# Certificates that pip is to trust: the system's own packages may replace those in /etc/ssl.
+bundle=/etc/pip-certificates.pem
+certificates() {
+    echo "${PIP_CERT:-${SSL_CERT_FILE:-$(python3 -m pip config get global.cert 2>/dev/null || true)}}"
 }
 
 # Runs a command line in the system, as on a machine just started.
@@ -88,7 +87,8 @@ inside() {
     shift 2
     while read -r name; do
         keep+=("$name=${!name}")
-    done < <(compgen -e | grep -E '^(PIP_|https?_proxy$|HTTPS?_PROXY$|no_proxy$|NO_PROXY$)|^(SSL_CERT_FILE|REQUESTS_CA_BUNDLE)$')
+    done < <(compgen -e | grep -E '^(PIP_.*|https?_proxy|HTTPS?_PROXY|no_proxy|NO_PROXY)$')
+    [ ! -e "$root$bundle" ] || keep+=("PIP_CERT=$bundle")
     chroot --userspec="$user" "$root" /usr/bin/env -i \
         HOME="$([ "$user" = 0:0 ] && echo /root || echo /home/new)" LANG=C.UTF-8 TERM=dumb \
         PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin "${keep[@]}" \
