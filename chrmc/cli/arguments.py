@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from chrmc.cli.lengths import METRES, PITCH, WAVELENGTH, Length, parse_length, split_length
 from chrmc.encoding import CODINGS
 from chrmc.slm import LC_R_1080, SLM
 
@@ -29,7 +30,7 @@ class FrameRange(click.ParamType):
 
 
 class SLMType(click.ParamType):
-    """`lc-r-1080`, or WIDTHxHEIGHT:PITCH with the pitch in metres."""
+    """`lc-r-1080`, or WIDTHxHEIGHT:PITCH, such as 1920x1080:8um."""
 
     name = "SLM"
 
@@ -39,20 +40,24 @@ class SLMType(click.ParamType):
         text = str(value).strip().lower()
         if text == "lc-r-1080":
             return LC_R_1080
-        match = re.fullmatch(r"(\d+)x(\d+):([0-9.]+(?:e-?\d+)?)", text)
+        match = re.fullmatch(r"(\d{1,6})[x×](\d{1,6}):(.+)", text)
         if not match:
             self.fail(
-                f"{value!r} is no SLM; write lc-r-1080 or WIDTHxHEIGHT:PITCH in metres, "
-                "such as 1920x1080:8e-6",
+                f"{value!r} is no SLM; write lc-r-1080 or WIDTHxHEIGHT:PITCH, "
+                "such as 1920x1080:8um or 1920x1080:8e-6",
                 param,
                 ctx,
             )
-        width, height, pitch = int(match[1]), int(match[2]), float(match[3])
+        width, height = int(match[1]), int(match[2])
+        try:
+            pitch = parse_length(match[3], PITCH)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
         return SLM(f"{width} × {height} SLM", width, height, pitch)
 
 
 class Setting(click.ParamType):
-    """NAME=VALUE for a method; numbers, true and false are recognised."""
+    """NAME=VALUE for a method; numbers, lengths (145mm), true, false and none are recognised."""
 
     name = "NAME=VALUE"
 
@@ -61,16 +66,20 @@ class Setting(click.ParamType):
     ) -> tuple[str, Any]:
         if isinstance(value, tuple):
             return value
-        key, sign, text = str(value).partition("=")
-        if not sign or not key.strip():
+        key, _, text = str(value).partition("=")
+        text = text.strip()
+        if not key.strip() or not text:
             self.fail(f"{value!r} is no setting; write NAME=VALUE", param, ctx)
         key = key.strip().replace("-", "_")
-        for kind in (int, float):
-            try:
-                return key, kind(text)
-            except ValueError:
-                continue
-        return key, {"true": True, "false": False, "none": None}.get(text.lower(), text)
+        number = split_length(text)
+        if number is None:
+            return key, {"true": True, "false": False, "none": None}.get(text.lower(), text)
+        digits, unit = number
+        if abs(float(digits)) > 1e15:
+            self.fail(f"{value!r}: {digits} is beyond what any setting can be", param, ctx)
+        if unit:
+            return key, float(digits) * METRES[unit]
+        return key, float(digits) if set(digits) & set(".e") else int(digits)
 
 
 frames_option = click.option(
@@ -81,10 +90,13 @@ slm_option = click.option(
     type=SLMType(),
     default="lc-r-1080",
     show_default=True,
-    help="lc-r-1080, or WIDTHxHEIGHT:PITCH with the pitch in metres.",
+    help="lc-r-1080, or WIDTHxHEIGHT:PITCH such as 1920x1080:8um.",
 )
 wavelength_option = click.option(
-    "--wavelength", type=float, default=None, help="Metres. [the scene's, else 532e-9]"
+    "--wavelength",
+    type=Length(WAVELENGTH),
+    default=None,
+    help="Such as 532nm. [the scene's, else 532nm]",
 )
 form_option = click.option(
     "--form",

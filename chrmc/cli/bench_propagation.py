@@ -6,11 +6,15 @@ from pathlib import Path
 import click
 import numpy as np
 
+from chrmc.cli.lengths import DEPTH, Length
+
 
 @click.command("propagation")
 @click.argument("video", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--frame", "number", type=int, default=None, help="Frame number. [the first]")
-@click.option("--depth", type=float, default=None, help="Metres. [of the first object]")
+@click.option(
+    "--depth", type=Length(DEPTH), default=None, help="Such as 252mm. [of the first object]"
+)
 @click.option(
     "--pixels",
     type=click.IntRange(1),

@@ -5,14 +5,15 @@ from pathlib import Path
 import click
 
 from chrmc.cli.arguments import form_option, slm_option, wavelength_option
+from chrmc.cli.lengths import FOCAL, Length
 from chrmc.slm import SLM
 
 
 @click.command("bench-sheet")
 @click.argument("scene", default="car-house")
 @click.option("--frame", type=int, default=None, help="Whose objects to photograph. [middle one]")
-@click.option("--focal1", type=float, default=0.15, show_default=True, help="Lens 1, metres.")
-@click.option("--focal2", type=float, default=0.15, show_default=True, help="Lens 2, metres.")
+@click.option("--focal1", type=Length(FOCAL), default="150mm", show_default=True, help="Lens 1.")
+@click.option("--focal2", type=Length(FOCAL), default="150mm", show_default=True, help="Lens 2.")
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),

@@ -6,6 +6,8 @@ from typing import Any
 
 import click
 
+from chrmc.cli.lengths import OFFSET, Length
+
 PAPER_FRAMES = (1, 21, 51, 80)
 """The frames of the paper's Fig. 14, and the first."""
 
@@ -56,16 +58,16 @@ def chosen_frames(asked: list[tuple[int, int]] | None, video: Any) -> list[int]:
 )
 @click.option(
     "--depth-tolerance",
-    type=click.FloatRange(0, min_open=True),
-    default=0.5e-3,
+    type=Length(OFFSET),
+    default="0.5mm",
     show_default=True,
-    help="Metres that a focus may be off.",
+    help="How far a focus may be off.",
 )
 @click.option(
     "--lateral-tolerance",
-    type=click.FloatRange(0, min_open=True),
+    type=Length(OFFSET),
     default=None,
-    help="Metres that an object may be off sideways. [one scene pixel]",
+    help="How far an object may be off sideways. [one scene pixel]",
 )
 @click.option(
     "--truth",

@@ -6,25 +6,27 @@ from typing import Any
 
 import click
 
-LENGTH = click.FloatRange(0, min_open=True)
+from chrmc.cli.lengths import DOT, FOCAL, ON_BENCH, WIDTH, Length, parse_lengths
+
+POSITIVE = click.FloatRange(0, min_open=True)
 _OPTIONS = (
-    click.option("--focal1", type=LENGTH, default=0.15, help="Lens 1, metres. [0.15]"),
-    click.option("--focal2", type=LENGTH, default=0.15, help="Lens 2, metres. [0.15]"),
-    click.option("--lens1", type=LENGTH, default=None, help="Its clear diameter, metres. [wide]"),
-    click.option("--lens2", type=LENGTH, default=None, help="Its clear diameter, metres. [wide]"),
+    click.option("--focal1", type=Length(FOCAL), default=0.15, help="Of lens 1. [150mm]"),
+    click.option("--focal2", type=Length(FOCAL), default=0.15, help="Of lens 2. [150mm]"),
+    click.option("--lens1", type=Length(WIDTH), default=None, help="Its clear diameter. [wide]"),
+    click.option("--lens2", type=Length(WIDTH), default=None, help="Its clear diameter. [wide]"),
     click.option(
-        "--aperture", default=None, help="In the Fourier plane: DIAMETER or HEIGHTxWIDTH, metres."
+        "--aperture", default=None, help="In the Fourier plane: DIAMETER or HEIGHTxWIDTH."
     ),
     click.option(
         "--aperture-centre",
         default=None,
-        help="Of that opening, from the axis: Y,X in metres. [where the light is]",
+        help="Of that opening, from the axis: Y,X. [where the light is]",
     ),
     click.option(
         "--dc-block",
-        type=click.FloatRange(0),
+        type=Length(DOT),
         default=10e-6,
-        help="Radius of the opaque dot, metres. [10e-6]",
+        help="Radius of the opaque dot. [10um]",
     ),
     click.option("--no-dc-block", is_flag=True, help="Let the zero order through."),
     click.option(
@@ -34,7 +36,9 @@ _OPTIONS = (
         help="8-bit picture of the filter's transmission over the Nyquist square.",
     ),
     click.option("--tilt", default=None, help="Of the laser beam: Y,X in radians."),
-    click.option("--waist", type=LENGTH, default=None, help="1/e² radius of a Gaussian beam."),
+    click.option(
+        "--waist", type=Length(WIDTH), default=None, help="1/e² radius of a Gaussian beam."
+    ),
     click.option(
         "--fill-factor",
         type=click.FloatRange(0, 1, min_open=True),
@@ -103,7 +107,7 @@ def bench_from(
 
     opening: float | tuple[float, float] | None = None
     if aperture is not None:
-        sides = numbers(aperture, "x", "--aperture")
+        sides = parse_lengths(aperture.lower().replace("×", "x"), "x", WIDTH, "--aperture")
         if len(sides) > 2:
             raise ValueError(f"--aperture: {aperture!r} has more than two sides")
         opening = sides[0] if len(sides) == 1 else (sides[0], sides[1])
@@ -111,7 +115,10 @@ def bench_from(
     if aperture_centre is not None:
         if opening is None:
             raise ValueError("--aperture-centre needs an --aperture to place")
-        centre = _pair(aperture_centre, "--aperture-centre")
+        places = parse_lengths(aperture_centre, ",", ON_BENCH, "--aperture-centre")
+        if len(places) != 2:
+            raise ValueError(f"--aperture-centre {aperture_centre}: must be two lengths, Y,X")
+        centre = (places[0], places[1])
     light = None
     if tilt is not None or waist is not None:
         angles = (0.0, 0.0) if tilt is None else _pair(tilt, "--tilt")

@@ -8,6 +8,8 @@ from typing import Any
 import click
 
 from chrmc.cli.arguments import slm_option
+from chrmc.cli.lengths import DEPTH, PLACE, Length
+from chrmc.cli.lengths import WAVELENGTH as LIGHT
 from chrmc.cli.play import show, surface_options
 from chrmc.encoding import CODINGS
 from chrmc.slm import SLM, WAVELENGTH
@@ -27,12 +29,14 @@ KINDS = ("point", "grating", "checkerboard", "ramp", "steps", "cross-hair", "uni
     default=None,
     help="Write a .tif or .png instead of showing it.",
 )
-@click.option("--depth", type=float, default=0.25, show_default=True, help="point: metres.")
-@click.option("--at", type=(float, float), default=(0.0, 0.0), help="point: x y in metres. [0 0]")
+@click.option("--depth", type=Length(DEPTH), default="250mm", show_default=True, help="point.")
+@click.option(
+    "--at", type=(Length(PLACE), Length(PLACE)), default=(0.0, 0.0), help="point: x y. [0 0]"
+)
 @click.option(
     "--encoding", type=click.Choice(CODINGS), default="ssb", show_default=True, help="point."
 )
-@click.option("--wavelength", type=float, default=WAVELENGTH, show_default=True, help="Metres.")
+@click.option("--wavelength", type=Length(LIGHT), default=WAVELENGTH, help="point. [532nm]")
 @click.option("--response", default=None, help="point: linear, gamma:G, or a CSV table.")
 @click.option("--period", type=float, default=16.0, show_default=True, help="grating: pixels.")
 @click.option("--angle", type=float, default=0.0, help="grating: degrees; 0 is upright lines.")

@@ -6,24 +6,24 @@ from typing import Any
 import click
 
 from chrmc.cli.arguments import frames_option
+from chrmc.cli.lengths import DEPTH, PITCH, Length, parse_length, parse_lengths
 from chrmc.cli.optics_options import (
     BENCH_NAMES,
-    LENGTH,
+    POSITIVE,
     bench_from,
     bench_options,
-    numbers,
 )
 
 
 @click.command("reconstruct")
 @click.argument("video", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--frame", "number", type=int, default=None, help="Frame number, from 1.")
-@click.option("--depth", type=float, default=None, help="Metres from the hologram.")
+@click.option("--depth", type=Length(DEPTH), default=None, help="From the hologram, as 252mm.")
 @click.option("--follow", default=None, help="Object whose depth is shown, instead of --depth.")
 @click.option(
     "--depths",
     default=None,
-    help="NEAR:FAR:COUNT in metres: a focal stack, with an all-in-focus picture and depth map.",
+    help="NEAR:FAR:COUNT, as 245mm:270mm:51: a focal stack, all in focus, and a depth map.",
 )
 @click.option("--all", "everything", is_flag=True, help="All frames (or --frames) into a folder.")
 @frames_option
@@ -47,22 +47,22 @@ from chrmc.cli.optics_options import (
     default=None,
     help="With --all or --depths: also an animation (.gif, .png) or movie (.mp4; chrmc[movie]).",
 )
-@click.option("--rate", type=LENGTH, default=40.0, show_default=True, help="Its frames a second.")
+@click.option("--rate", type=POSITIVE, default=40.0, show_default=True, help="Its frames a second.")
 @click.option("--width", type=click.IntRange(16), default=960, show_default=True, help="Its width.")
 @click.option(
     "--gamma",
-    type=LENGTH,
+    type=POSITIVE,
     default=2.2,
     show_default=True,
     help="Of the display a PNG is for; 1 makes grey proportional to intensity.",
 )
 @click.option(
-    "--full-scale", type=LENGTH, default=None, help="Intensity shown as white. [2·ΣI²/ΣI]"
+    "--full-scale", type=POSITIVE, default=None, help="Intensity shown as white. [2·ΣI²/ΣI]"
 )
 @click.option(
     "--camera",
     default=None,
-    help="PITCH or PITCH:BITS: what a camera of that pixel pitch (metres) counts, as a PNG.",
+    help="PITCH or PITCH:BITS: what a camera of that pixel pitch, as 3.45um, counts, as a PNG.",
 )
 @click.option("--energy", is_flag=True, help="Print where the light went.")
 @bench_options
@@ -72,9 +72,9 @@ def command(video: Path, out: Path, **options: Any) -> int:
     Pictures have the SLM's pixels and orientation: a point at (x, y, DEPTH) appears at (x, y).
 
     \b
-    chrmc reconstruct DIR --frame 21 --depth 0.252 --out car.png
+    chrmc reconstruct DIR --frame 21 --depth 252mm --out car.png
     chrmc reconstruct DIR --all --follow car --out FOLDER --preview car.gif
-    chrmc reconstruct DIR --frame 21 --depths 0.245:0.27:51 --out FOLDER
+    chrmc reconstruct DIR --frame 21 --depths 245mm:270mm:51 --out FOLDER
     """
     from chrmc.store import open_video
 
@@ -148,9 +148,11 @@ def _photograph(stored: Any, system: Any, image: Any, out: Path, options: dict[s
     from reconstruct.camera import Camera
     from reconstruct.images import write_counts
 
-    given = numbers(options["camera"], ":", "--camera")
+    pitch, _, bits = options["camera"].partition(":")
+    if bits and not bits.isdecimal():
+        raise ValueError(f"--camera {options['camera']}: {bits!r} is no number of bits")
     camera = Camera(
-        given[0], bits=int(given[1]) if len(given) > 1 else 8, full_scale=options["full_scale"]
+        parse_length(pitch, PITCH), bits=int(bits or 8), full_scale=options["full_scale"]
     )
     patch = Patch((0.0, 0.0), stored.slm.shape, stored.slm.pixel_pitch)
     counts = camera.photograph(image, patch, system.bench.magnification)
@@ -172,19 +174,23 @@ def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
     preview = options["preview"]
     if preview is not None:
         check_animation(preview)
-    given = numbers(options["depths"], ":", "--depths")
-    if len(given) != 3 or not 0 < given[0] < given[1] or given[2] < 2:
-        raise ValueError(f"--depths: {options['depths']!r} must be NEAR:FAR:COUNT, 0 < NEAR < FAR")
+    asked, _, count = options["depths"].rpartition(":")
+    ends = parse_lengths(asked, ":", DEPTH, "--depths") if asked else []
+    if len(ends) != 2 or not ends[0] < ends[1] or not count.isdecimal() or int(count) < 2:
+        raise ValueError(
+            f"--depths {options['depths']}: must be NEAR:FAR:COUNT, NEAR < FAR, such as "
+            "245mm:270mm:51"
+        )
     number = options["number"]
-    depths = np.linspace(given[0], given[1], int(given[2]))
+    depths = np.linspace(ends[0], ends[1], int(count))
     system = _system(stored, options)
-    sharp_for = min(depth_of_focus(stored.slm, stored.wavelength, given[0], system.band))
+    sharp_for = min(depth_of_focus(stored.slm, stored.wavelength, ends[0], system.band))
     if depths[1] - depths[0] > sharp_for:
-        count = int(np.ceil((given[1] - given[0]) / sharp_for)) + 1
+        enough = int(np.ceil((ends[1] - ends[0]) / sharp_for)) + 1
         click.echo(
             f"warning: steps of {(depths[1] - depths[0]) * 1e3:.2f} mm are coarser than the depth "
             f"of focus, {sharp_for * 1e3:.2f} mm: what lies between two depths stays blurred; "
-            f"{count} depths see everything",
+            f"{enough} depths see everything",
             err=True,
         )
     field = system.field(stored.read(number))
@@ -198,7 +204,7 @@ def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
         write_image(out / name, plane, _note(stored, number, float(depth)), white, options["gamma"])
     patch = Patch((0.0, 0.0), stored.slm.shape, stored.slm.pixel_pitch)
     image, depth_map = all_in_focus(FocalStack(depths, planes, patch))
-    note = _note(stored, number, float("nan")) | {"depth": [given[0], given[1]]}
+    note = _note(stored, number, float("nan")) | {"depth": ends}
     sharp = out / f"all_in_focus.{suffix}"
     write_image(sharp, image, note, options["full_scale"], options["gamma"])
     write_image(out / "depth_map.exr", depth_map, note | {"unit": "metre"})

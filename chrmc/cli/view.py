@@ -4,11 +4,15 @@ from pathlib import Path
 
 import click
 
+from chrmc.cli.lengths import DEPTH, Length
+
 
 @click.command("view")
 @click.argument("video", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--frame", "number", type=int, default=None, help="Frame to start with. [the first]")
-@click.option("--depth", type=float, default=None, help="Metres. [of the first object]")
+@click.option(
+    "--depth", type=Length(DEPTH), default=None, help="Such as 252mm. [of the first object]"
+)
 @click.option("--follow", default=None, help="Object to keep in focus from frame to frame.")
 def command(video: Path, number: int | None, depth: float | None, follow: str | None) -> int:
     """Look around in the video in DIR: any frame, any depth, through any Fourier filter.

@@ -37,7 +37,7 @@ def run(*arguments: str | Path) -> int:
         (["generate", "car-house", "--out", "x", "--compensation", "magic"], "none"),
         (["generate", "car-house", "--out", "x", "--encoding", "magic"], "ssb"),
         (["generate", "car-house", "--out", "x", "--slm", "big"], "1920x1080:8e-6"),
-        (["generate", "car-house", "--out", "x", "--wavelength", "532"], "532e-9"),
+        (["generate", "car-house", "--out", "x", "--wavelength", "532"], "532nm"),
         (["generate", "car-house", "--out", "x", "--tolerance", "2"], "tolerance"),
         (["generate", "car-house", "--out", "x", "--cgh", "rt", "--tolerance", "1e-3"], "rt"),
         (
