@@ -105,9 +105,9 @@ class Length(click.ParamType):
             self.fail(str(error), param, ctx)
 
 
-def parse_lengths(text: str, sign: str, kind: Kind, option: str) -> list[float]:
-    """Lengths parted by a sign; ValueError in the name of an option."""
+def parse_lengths(text: str, sign: str | None, kind: Kind, option: str) -> list[float]:
+    """Lengths parted by a sign, or a single one; ValueError in the name of an option."""
     try:
-        return [parse_length(part, kind) for part in text.split(sign)]
+        return [parse_length(part, kind) for part in (text.split(sign) if sign else [text])]
     except ValueError as error:
         raise ValueError(f"{option} {text}: {error}") from None

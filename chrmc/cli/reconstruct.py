@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from chrmc.cli.arguments import frames_option
-from chrmc.cli.lengths import DEPTH, PITCH, Length, parse_length, parse_lengths
+from chrmc.cli.lengths import DEPTH, PITCH, Length, parse_lengths
 from chrmc.cli.optics_options import (
     BENCH_NAMES,
     POSITIVE,
@@ -151,9 +151,8 @@ def _photograph(stored: Any, system: Any, image: Any, out: Path, options: dict[s
     pitch, _, bits = options["camera"].partition(":")
     if bits and not bits.isdecimal():
         raise ValueError(f"--camera {options['camera']}: {bits!r} is no number of bits")
-    camera = Camera(
-        parse_length(pitch, PITCH), bits=int(bits or 8), full_scale=options["full_scale"]
-    )
+    (pixel_pitch,) = parse_lengths(pitch, None, PITCH, "--camera")
+    camera = Camera(pixel_pitch, bits=int(bits or 8), full_scale=options["full_scale"])
     patch = Patch((0.0, 0.0), stored.slm.shape, stored.slm.pixel_pitch)
     counts = camera.photograph(image, patch, system.bench.magnification)
     note = {"pixel_pitch": camera.pixel_pitch, "magnification": system.bench.magnification}
