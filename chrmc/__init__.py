@@ -2,10 +2,22 @@
 
 from chrmc.cgh import compute_field
 from chrmc.compensation import video
-from chrmc.reference import reference_field
+from chrmc.compensation.frame import VideoFrame
+from chrmc.compensation.ledger import FrameRecord
+from chrmc.encoding import coding_for
+from chrmc.export import export_field
+from chrmc.generation import generate
+from chrmc.notebook import show_field
+from chrmc.optics.passband import Passband
+from chrmc.reference import reference_field, relative_error
+from chrmc.response import GreyResponse
 from chrmc.scene.load import load_scene
+from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
+from chrmc.scene.scene import ObjectFrame, Pose, Scene, SceneFrame
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
+from chrmc.store import Video, open_video
+from chrmc.window import Window
 
 __version__ = "0.1.0"
 
@@ -13,9 +25,26 @@ __all__ = [
     "LC_R_1080",
     "SLM",
     "WAVELENGTH",
+    "FrameRecord",
+    "GreyResponse",
+    "ObjectFrame",
+    "Passband",
     "PointCloud",
+    "PointScene",
+    "Pose",
+    "Scene",
+    "SceneFrame",
+    "Video",
+    "VideoFrame",
+    "Window",
+    "coding_for",
     "compute_field",
+    "export_field",
+    "generate",
     "load_scene",
+    "open_video",
     "reference_field",
+    "relative_error",
+    "show_field",
     "video",
 ]

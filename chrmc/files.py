@@ -47,8 +47,14 @@ def read_json(path: Path, what: str) -> Any:
         raise NotADirectoryError(f"{path.parent} is a file, no {what}: name the folder") from None
     except FileNotFoundError:
         raise FileNotFoundError(f"{path} is missing: {path.parent} is no {what}") from None
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{path} is not valid JSON ({error}): restore or remake it") from None
+
+
+def sweep(folder: Path) -> None:
+    """Remove what writers that were killed left half-written; for the folder's only writer."""
+    for path in folder.glob(".*.partial*"):
+        path.unlink(missing_ok=True)
 
 
 def sha256(path: Path) -> str:

@@ -1,144 +1,241 @@
-"""Scene to stored hologram video: the work behind `chrmc generate` and `chrmc demo`."""
+"""Scene to stored hologram video: the work behind `chrmc.generate` and `chrmc generate`."""
 
-import hashlib
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from collections.abc import Collection, Iterator
+from contextlib import suppress
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.compensation import video
+from chrmc.cgh import Method, method_named
+from chrmc.compensation import VideoMethod
 from chrmc.compensation.frame import VideoFrame
-from chrmc.encoding import Coding, coding_for
+from chrmc.lock import writer_lock
 from chrmc.optics.footprint import coverage
 from chrmc.progress import progress
+from chrmc.python_file import is_python_name, one_line
+from chrmc.recipe import CHECK_SEED, Recipe, describe, recipe_for
 from chrmc.reference import reference_samples, relative_error
 from chrmc.response import GreyResponse
+from chrmc.scene.load import load_scene
 from chrmc.scene.scene import Scene, frame_range
-from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
-from chrmc.store import FORMAT, VideoWriter
+from chrmc.slm import LC_R_1080, SLM
+from chrmc.store import (
+    MANIFEST,
+    GroupWriter,
+    Video,
+    VideoWriter,
+    differences,
+    existing_manifest,
+    open_video,
+    refuse_another,
+    remove_video,
+    replace_video,
+)
+from chrmc.survey import spot_check, survey
 
-CHECK_SEED = 20180101
-"""Seed of the pixels that `error_reference` is measured on, recorded in the manifest."""
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """Everything that decides what a video's frames look like."""
-
-    scene: Scene
-    slm: SLM = LC_R_1080
-    wavelength: float = WAVELENGTH
-    cgh: str = "rt"
-    compensation: str = "none"
-    options: dict[str, Any] = field(default_factory=dict)
-    encoding: str = "ssb"
-    check_pixels: int = 256
-    response: GreyResponse | None = None
-
-    @property
-    def coding(self) -> Coding:
-        """Passband and carrier of the encoding."""
-        return coding_for(self.encoding, self.slm)
-
-    def video(self, first: int, last: int) -> Iterator[VideoFrame]:
-        """Frames first … last, made one by one."""
-        return video(
-            self.scene,
-            self.slm,
-            self.wavelength,
-            cgh=self.cgh,
-            compensation=self.compensation,
-            frames=(first, last),
-            coding=self.coding,
-            **self.options,
-        )
-
-
-def scene_wavelength(scene: Scene, asked: float | None) -> float:
-    """The user's wavelength, else the scene's, else the default; metres."""
-    wavelength = asked or scene.wavelength or WAVELENGTH
-    if not 1e-8 <= wavelength <= 1e-3:
-        raise ValueError(f"wavelength {wavelength:g} m is not light; 532 nm is 532e-9")
-    return wavelength
-
-
-def fingerprint(scene: Scene) -> str:
-    """Hash of all points of all frames: two scenes of one fingerprint give one video."""
-    digest = hashlib.sha256()
-    for number in range(1, scene.frame_count + 1):
-        cloud = scene.frame(number).cloud
-        for values in (cloud.positions, cloud.amplitude, cloud.phase):
-            digest.update(np.ascontiguousarray(values).tobytes())
-    return digest.hexdigest()
-
-
-def describe(recipe: Recipe, scale: float) -> dict[str, Any]:
-    """The manifest without its frames."""
-    scene, coding = recipe.scene, recipe.coding
-    description = {
-        "format": FORMAT,
-        "slm": asdict(recipe.slm),
-        "wavelength": recipe.wavelength,
-        "scene": {
-            "name": scene.name,
-            "form": scene.form,
-            "frame_count": scene.frame_count,
-            "pixel_pitch": scene.pixel_pitch,
-            "objects": list(scene.object_names),
-            "fingerprint": fingerprint(scene),
-        },
-        "methods": {
-            "cgh": recipe.cgh,
-            "compensation": recipe.compensation,
-            "options": recipe.options,
-        },
-        "encoding": coding.name,
-        "carrier": coding.carrier,
-        "passband": asdict(coding.passband),
-        "scale": scale,
-        "error_check": {"pixels": recipe.check_pixels, "seed": CHECK_SEED},
-    }
-    if recipe.response is not None:
-        description["response"] = recipe.response.as_dict()
-    return description
+REPLACEMENT = ".replacement"
+"""Folder in which a video that replaces another is made; it takes its place when it stands."""
 
 
 def generate(
-    recipe: Recipe, folder: Path, frames: tuple[int, int] | None = None, suffix: str = ".tif"
+    scene: Scene | str | PathLike[str],
+    folder: str | PathLike[str],
+    *,
+    slm: SLM = LC_R_1080,
+    wavelength: float | None = None,
+    cgh: str | Method | None = None,
+    compensation: str | VideoMethod | None = None,
+    surface: str | None = None,
+    tolerance: float | None = None,
+    frames: tuple[int, int] | None = None,
+    encoding: str = "ssb",
+    response: GreyResponse | str | PathLike[str] | None = None,
+    check_pixels: int = 256,
+    group: int | None = None,
+    png: bool = False,
+    force: bool = False,
+    **options: Any,
+) -> Video:
+    """Make a hologram video of a scene and store it; the same call goes on with a stopped one.
+
+    scene : a `Scene`, or what `load_scene` takes
+    folder : made when absent; one that holds another video is refused
+    slm : the panel
+    wavelength : metres; default the scene's, else 532 nm
+    cgh : CGH method, a name or a function; default "curved"
+    compensation : video method, a name or a function; default "ch-rmc" with "curved", else "none"
+    surface : of ch-rmc, "object" or "paper"
+    tolerance : largest relative field error against the float64 truth; default 1e-3 where the
+        method promises one
+    frames : (first, last), inclusive, from 1; default all
+    encoding : see `display.encode`
+    response : the panel's grey response, or the CSV file of one; default linear
+    check_pixels : pixels per frame on which the error is measured; 0 for none
+    group : frames after which a new key frame begins, whatever is made of them and in which order
+    png : write PNG, smaller and slower than TIFF
+    force : replace another video in the folder, once the new one stands
+    options : of the methods
+
+    Returns the stored video. Raises ValueError or OSError in one line; what was finished is kept.
+    """
+    loaded = load_scene(fspath(scene)) if isinstance(scene, str | PathLike) else scene
+    recipe = recipe_for(
+        loaded,
+        slm,
+        wavelength,
+        cgh=cgh,
+        compensation=compensation,
+        surface=surface,
+        tolerance=tolerance,
+        encoding=encoding,
+        response=response,
+        settings=options,
+        check_pixels=check_pixels,
+        group=group,
+        source=scene if isinstance(scene, str) and is_python_name(scene) else None,
+    )
+    make_video(recipe, Path(folder), frames, ".png" if png else ".tif", force=force)
+    return open_video(Path(folder))
+
+
+def make_video(
+    recipe: Recipe,
+    folder: Path,
+    frames: tuple[int, int] | None = None,
+    suffix: str = ".tif",
+    *,
+    force: bool = False,
 ) -> int:
     """Make the frames that `folder` does not hold yet; the number made.
 
-    A stopped run is continued: frames whose file and hash agree with the manifest are kept. Motion
-    compensation then starts anew with a key frame at the first missing frame.
+    A frame's bytes and record (times aside) depend on the recipe alone: its group is made from
+    the group's first frame on, whichever of it are there already.
     """
-    from chrmc.grey_levels import video_scale
+    numbers = frame_range(recipe.scene, frames)
+    with writer_lock(folder), one_line(recipe.source, recipe.cgh, recipe.compensation):
+        if not (force and (folder / MANIFEST).exists()):
+            return _fill(recipe, folder, numbers, suffix)
+        new = folder / REPLACEMENT
+        if _is_another(new, describe(recipe)):
+            remove_video(new)
+        new.mkdir(exist_ok=True)
+        try:
+            made = _fill(recipe, new, numbers, suffix)
+            replace_video(folder, new)
+        finally:
+            with suppress(OSError):
+                new.rmdir()  # when it is empty
+        return made
 
-    scene, slm = recipe.scene, recipe.slm
-    numbers = frame_range(scene, frames)
+
+def _is_another(folder: Path, description: dict[str, Any]) -> bool:
+    before = existing_manifest(folder)
+    return before is not None and any(differences(before, description))
+
+
+def whole_description(
+    recipe: Recipe, before: dict[str, Any] | None, folder: Path
+) -> dict[str, Any]:
+    """The manifest without its frames: from one look at the scene, or, where the folder holds
+    this video already, from its manifest and a spot check."""
+    from chrmc.grey_levels import scale_of
+
+    description = describe(recipe)
+    scene: dict[str, Any] = description["scene"]
+    if before is not None:
+        refuse_another(folder, before, description)
+        if "spot_check" in before["scene"]:
+            scene["spot_check"] = spot_check(recipe.scene)
+            refuse_another(folder, before, description)
+            scene["fingerprint"] = before["scene"]["fingerprint"]
+            return description | {"scale": before["scale"]}
+    found = survey(recipe.scene, recipe.slm, recipe.wavelength, recipe.coding)
+    scene |= {"fingerprint": found.fingerprint, "spot_check": found.spot_check}
     # A video without any light is legal, and any scale shows it.
-    scale = video_scale(scene, slm, recipe.wavelength, recipe.coding) or 1.0
-    writer = VideoWriter(folder, describe(recipe, scale), suffix)
+    return description | {"scale": scale_of(found.power, recipe.slm, recipe.coding) or 1.0}
+
+
+def _fill(
+    recipe: Recipe,
+    folder: Path,
+    numbers: range,
+    suffix: str,
+) -> int:
+    """Make the missing ones of the frames `numbers`, group by group."""
+    description = whole_description(recipe, existing_manifest(folder), folder)
+    writer = VideoWriter(folder, description, suffix)
     missing = [n for n in numbers if n not in writer.entries]
     if not missing:
         return 0
-    made = recipe.video(missing[0], numbers[-1])
+    writer.collect()
     try:
         count = 0
-        for frame in progress(made, "generate", total=numbers[-1] - missing[0] + 1):
-            levels = grey_levels(frame, recipe, scale)
-            if frame.number in writer.entries:
-                continue  # kept from before; made again only to carry the compensation on
-            frame.record.error_reference = measured_error(frame, recipe)
-            with_boxes(frame, recipe)
-            writer.add(frame.record, levels)
+        for _ in progress(
+            _frames_of_groups(recipe, writer, missing), "generate", total=len(missing)
+        ):
             count += 1
+        return count
     finally:
-        if writer.entries:
-            writer.save()
-    return count
+        writer.collect()
+        writer.discard_if_empty()
+
+
+def _frames_of_groups(recipe: Recipe, writer: VideoWriter, missing: list[int]) -> Iterator[int]:
+    options = method_named(recipe.cgh).with_cache(recipe.options)
+    for group, wanted in groups_of(recipe, missing):
+        yield from make_group(
+            recipe,
+            writer.folder,
+            writer.description["scale"],
+            group,
+            wanted,
+            writer.suffix,
+            options,
+        )
+        if writer.due:
+            writer.collect()
+
+
+def groups_of(recipe: Recipe, missing: list[int]) -> list[tuple[range, set[int]]]:
+    """The groups that missing frames belong to, each with those of its frames."""
+    found: dict[int, tuple[range, set[int]]] = {}
+    for number in missing:
+        group = recipe.group_of(number)
+        found.setdefault(group.start, (group, set()))[1].add(number)
+    return list(found.values())
+
+
+def make_group(
+    recipe: Recipe,
+    folder: Path,
+    scale: float,
+    group: range,
+    wanted: Collection[int],
+    suffix: str,
+    options: dict[str, Any],
+) -> Iterator[int]:
+    """Make and store the wanted frames of a group; yields their numbers, each once it is stored.
+
+    The video method is asked for the whole group, so that it looks ahead and carries on as if all
+    of it were wanted, and is left after the last one.
+    """
+    writer = GroupWriter(folder, group.start, suffix)
+    last = max(wanted)
+    try:
+        for frame in recipe.video(group[0], group[-1], **options):
+            if frame.number in wanted:
+                levels = grey_levels(frame, recipe, scale)
+                frame.record.error_reference = measured_error(frame, recipe)
+                with_boxes(frame, recipe)
+                writer.add(frame.record, levels)
+                yield frame.number
+            if frame.number >= last:
+                return
+    finally:
+        writer.save()
 
 
 def grey_levels(frame: VideoFrame, recipe: Recipe, scale: float) -> NDArray[np.uint8]:

@@ -22,10 +22,10 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from chrmc.encoding import Coding, coding_for
-from chrmc.optics.footprint import expected_power
 from chrmc.response import GreyResponse
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
+from chrmc.survey import survey
 from chrmc.threads import workers
 
 SIGMAS = 3.0
@@ -172,9 +172,17 @@ def video_scale(
 ) -> float:
     """One scale for a whole video, from its points alone; 0 for a scene without light.
 
-    Points of random phase add in power, so the brightest frame's signal is expected to have the
-    variance Σ(expected power)/2. All frames of the scene count, whichever are to be made: clips,
-    resumed and live runs agree.
+    The scene's brightest frame counts, whichever frames are to be made: clips, resumed and live
+    runs agree. See `chrmc.survey` for the frames looked at, `scale_of` for the rest.
+    """
+    return scale_of(survey(scene, slm, wavelength, coding).power, slm, coding, sigmas)
+
+
+def scale_of(power: float, slm: SLM, coding: Coding, sigmas: float | None = None) -> float:
+    """The scale of a video whose brightest frame has the mean intensity `power`.
+
+    Points of random phase add in power, so that frame's signal is expected to have the variance
+    power/2.
 
     sigmas : signal at which the grey range ends, in standard deviations; default 3, for "burch"
         the modulus √(ln N)·rms that fully developed speckle reaches once in the SLM's N pixels
@@ -182,8 +190,4 @@ def video_scale(
     if sigmas is None:
         peak = sqrt(2 * log(slm.width * slm.height))
         sigmas = peak if coding.name == "burch" else SIGMAS
-    brightest = 0.0
-    for number in range(1, scene.frame_count + 1):
-        power = expected_power(scene.frame(number).cloud, slm, wavelength, coding.passband)
-        brightest = max(brightest, float(power.sum()))
-    return sigmas * sqrt(brightest / 2)
+    return sigmas * sqrt(power / 2)

@@ -1,4 +1,4 @@
-"""The progress bar of long work: on stderr, and only where somebody watches a terminal."""
+"""The progress bar of long work: in a notebook, or on stderr where somebody watches a terminal."""
 
 from collections.abc import Iterable, Iterator
 from typing import TypeVar
@@ -10,7 +10,15 @@ def progress(
     items: Iterable[T], label: str, total: int | None = None, unit: str = "frame"
 ) -> Iterator[T]:
     """The items, with a bar called `label`; `total` where the items have no length."""
-    from tqdm import tqdm
+    from tqdm.auto import tqdm
 
-    # disable=None: no bar in a log file, where errors must stay one line.
-    yield from tqdm(items, desc=label, total=total, unit=unit, disable=None, dynamic_ncols=True)
+    # None: no bar in a log file, where errors must stay one line. A notebook is none, but says so.
+    notebook = any(kind.__name__ == "tqdm_notebook" for kind in tqdm.__mro__)
+    yield from tqdm(
+        items,
+        desc=label,
+        total=total,
+        unit=unit,
+        disable=False if notebook else None,
+        dynamic_ncols=True,
+    )

@@ -1,81 +1,179 @@
-"""From a command line's words to a `Recipe`: defaults, and refusals before any work."""
+"""Everything that decides what a video's frames look like: defaults, refusals, and the manifest."""
 
-from pathlib import Path
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from os import PathLike, fspath
 from typing import Any
 
-from chrmc.cgh import DEFAULT_METHOD, method_named
-from chrmc.compensation import ch_rmc_for, compensation_named, unaliased
-from chrmc.encoding import coding_for
-from chrmc.generation import Recipe, scene_wavelength
-from chrmc.options import option_names
-from chrmc.response import GreyResponse
-from chrmc.scene.scene import Scene
-from chrmc.slm import SLM
+import numpy as np
 
-DEFAULT_TOLERANCE = 1e-3
+from chrmc.cgh import Method
+from chrmc.compensation import VideoMethod, chosen, scene_wavelength, video
+from chrmc.compensation.frame import VideoFrame
+from chrmc.encoding import Coding, coding_for
+from chrmc.manifest import FORMAT
+from chrmc.python_file import identity, is_python_name
+from chrmc.ranges import Count, short
+from chrmc.response import GreyResponse
+from chrmc.scene.scene import Scene, as_scene
+from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
+
+CHECK_SEED = 20180101
+"""Seed of the pixels that `error_reference` is measured on, recorded in the manifest."""
+GROUP = 96
+"""Frames of a group whose method carries something from frame to frame: key frames, which cost up
+to ten frames, then take less than a tenth."""
+GROUP_COUNT = Count("group", 1, 1_000_000)
+CHECK_COUNT = Count("check_pixels", 0, 1 << 24)
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Everything that decides what a video's frames look like.
+
+    source : what the scene was loaded from where it was FILE.py:NAME, for the manifest
+    group : the video is cut after every so many frames; each group begins with a key frame and
+        depends on nothing outside it
+    """
+
+    scene: Scene
+    slm: SLM = LC_R_1080
+    wavelength: float = WAVELENGTH
+    cgh: str | Method = "rt"
+    compensation: str | VideoMethod = "none"
+    options: dict[str, Any] = field(default_factory=dict)
+    encoding: str = "ssb"
+    check_pixels: int = 256
+    response: GreyResponse | None = None
+    source: str | None = None
+    group: int = GROUP
+
+    @property
+    def coding(self) -> Coding:
+        """Passband and carrier of the encoding."""
+        return coding_for(self.encoding, self.slm)
+
+    def video(self, first: int, last: int, **more: Any) -> Iterator[VideoFrame]:
+        """Frames first … last, made one by one; `more` options, such as a cache."""
+        return video(
+            self.scene,
+            self.slm,
+            self.wavelength,
+            cgh=self.cgh,
+            compensation=self.compensation,
+            frames=(first, last),
+            coding=self.coding,
+            **{**self.options, **more},
+        )
+
+    def group_of(self, number: int) -> range:
+        """The frames of the group that a frame belongs to."""
+        first = (number - 1) // self.group * self.group + 1
+        return range(first, min(first + self.group - 1, self.scene.frame_count) + 1)
 
 
 def recipe_for(
     scene: Scene,
-    slm: SLM,
+    slm: SLM = LC_R_1080,
     wavelength: float | None = None,
     *,
-    cgh: str | None = None,
-    compensation: str | None = None,
+    cgh: str | Method | None = None,
+    compensation: str | VideoMethod | None = None,
     surface: str | None = None,
     tolerance: float | None = None,
     encoding: str = "ssb",
     gamma: float | None = None,
-    response: Path | None = None,
-    settings: tuple[tuple[str, Any], ...] = (),
+    response: GreyResponse | str | PathLike[str] | None = None,
+    settings: tuple[tuple[str, Any], ...] | Mapping[str, Any] = (),
     check_pixels: int = 256,
+    group: int | None = None,
+    source: str | None = None,
 ) -> Recipe:
     """The recipe that these choices mean; ValueError where they do not fit together."""
-    if cgh is None:
-        cgh = DEFAULT_METHOD
-    takes_tolerance = method_named(cgh).takes("tolerance")
-    if compensation is None:
-        exact = ch_rmc_for(cgh) == "ch-rmc-object"
-        compensation = "ch-rmc" if exact or surface is not None else "none"
-    options = dict(settings)
-    if compensation == "ch-rmc":
-        compensation = ch_rmc_for(cgh)
-        if surface is not None:
-            compensation = str(unaliased("ch-rmc", {"surface": surface})[0])
-    elif surface is not None:
-        raise ValueError(f"--surface belongs to --compensation ch-rmc, not {compensation}")
-    if tolerance is not None and not 0 < tolerance < 1:
-        raise ValueError(f"--tolerance must lie between 0 and 1, not {tolerance:g}")
-    promises = (
-        compensation == "none" or "tolerance" in option_names(compensation_named(compensation))[0]
-    )
+    scene = as_scene(scene)
+    if not isinstance(slm, SLM):
+        raise ValueError(f"slm must be an SLM, such as chrmc.LC_R_1080, not {short(slm)}")
     coding_for(encoding, slm)
-    if tolerance is not None and not promises:
-        raise ValueError(
-            f"--compensation {compensation} cannot promise --tolerance {tolerance:g}: use "
-            "--surface object, --compensation none, or --set rekey_error=… on the paper's surface"
-        )
-    if takes_tolerance:
-        options.setdefault("tolerance", tolerance or DEFAULT_TOLERANCE)
-    elif tolerance is not None:
-        raise ValueError(
-            f"--cgh {cgh} has no tolerance to set; leave --tolerance out, or use --cgh curved"
-        )
+    cgh, compensation, options = chosen(cgh, compensation, surface, tolerance, dict(settings))
     if gamma is not None and response is not None:
         raise ValueError("--gamma and --response both give the grey response; use one")
     grey = None
     if gamma is not None:
         grey = GreyResponse.from_gamma(gamma)
+    elif isinstance(response, GreyResponse):
+        grey = response
     elif response is not None:
-        grey = GreyResponse.from_csv(response)
+        grey = GreyResponse.from_csv(fspath(response))
+    if group is None:
+        # Frames that owe each other nothing are groups of their own.
+        group = 1 if compensation == "none" else GROUP
     return Recipe(
         scene,
         slm,
         scene_wavelength(scene, wavelength),
         cgh,
         compensation,
-        options,
+        {name: python_number(value) for name, value in options.items()},
         encoding,
-        check_pixels,
+        CHECK_COUNT.of(check_pixels),
         grey,
+        source,
+        GROUP_COUNT.of(group),
+    )
+
+
+def python_number(value: Any) -> Any:
+    """A NumPy scalar as a Python number, so that its precision goes no further; others as is."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def describe(recipe: Recipe) -> dict[str, Any]:
+    """The manifest without its frames, scale, and what only a look at the points can tell."""
+    coding = recipe.coding
+    description: dict[str, Any] = {
+        "format": FORMAT,
+        "slm": asdict(recipe.slm),
+        "wavelength": recipe.wavelength,
+        "scene": {
+            "name": str(recipe.scene.name),
+            "form": recipe.scene.form,
+            "frame_count": recipe.scene.frame_count,
+            "pixel_pitch": float(recipe.scene.pixel_pitch),
+            "objects": [str(name) for name in recipe.scene.object_names],
+        },
+        "methods": {
+            "cgh": identity(getattr(recipe.cgh, "field", recipe.cgh)),
+            "compensation": identity(recipe.compensation),
+            "options": {name: _plain(name, v) for name, v in recipe.options.items()},
+        },
+        "encoding": coding.name,
+        "carrier": coding.carrier,
+        "passband": asdict(coding.passband),
+        "group": recipe.group,
+        "response": (recipe.response or GreyResponse.linear()).as_dict(),
+        "error_check": {"pixels": recipe.check_pixels, "seed": CHECK_SEED},
+    }
+    if is_python_name(recipe.source):
+        description["scene"]["source"] = identity(recipe.source)
+    return description
+
+
+def _plain(name: str, value: Any) -> Any:
+    """An option as JSON holds it; ValueError for what it cannot hold."""
+    value = python_number(value)
+    if isinstance(value, float) and not np.isfinite(value):
+        return str(value)
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(name, entry) for entry in value]
+    if isinstance(value, Mapping):
+        return {str(key): _plain(name, entry) for key, entry in value.items()}
+    if callable(value):
+        return identity(value)
+    raise ValueError(
+        f"option {name} is {short(value)}, which no manifest can hold: give numbers, text, lists "
+        "or a function"
     )

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chrmc.optics.footprint import check_showable, reach, taper
 from chrmc.optics.passband import UNLIMITED, Passband, full_band
+from chrmc.ranges import WAVELENGTH_RANGE
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 
@@ -60,6 +61,7 @@ def reference_samples(
     passband: Passband | None = None,
 ) -> NDArray[np.complex128]:
     """Exact field at single pixels: rows and columns of one shape, which the result has too."""
+    wavelength = WAVELENGTH_RANGE.of(wavelength)
     band = resolve_passband(slm, footprint, passband)
     check_showable(cloud, slm, wavelength, band)
     x, y = slm.x(columns).ravel(), slm.y(rows).ravel()

@@ -10,7 +10,7 @@ the darkest to the brightest end: it is what a wanted real amplitude can be matc
 must rise (or fall) steadily. For a purely real response it is the amplitude itself.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -34,7 +34,7 @@ class GreyResponse:
     Raises ValueError when the levels are not 256 finite numbers, all alike, or not monotone.
     """
 
-    levels: NDArray[np.complex128]
+    levels: NDArray[np.complex128] = field(repr=False)
     name: str = "linear"
 
     def __post_init__(self) -> None:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from chrmc.ranges import BITS, FILL_RANGE, PITCH_RANGE, PIXELS, REFRESH_RANGE, SIDE
+
 WAVELENGTH = 532e-9
 """Default wavelength in metres: the green laser of the CH-RMC paper."""
 
@@ -33,14 +35,17 @@ class SLM:
     fill_factor: float = 1.0
 
     def __post_init__(self) -> None:
-        if self.width < 1 or self.height < 1:
-            raise ValueError(
-                f"an SLM needs at least 1 × 1 pixels, not {self.width} × {self.height}"
-            )
-        if not (np.isfinite(self.pixel_pitch) and self.pixel_pitch > 0):
-            raise ValueError(f"pixel_pitch must be a positive length, not {self.pixel_pitch} m")
-        if not 0 < self.fill_factor <= 1:
-            raise ValueError(f"fill_factor must lie in (0, 1], not {self.fill_factor}")
+        checked: dict[str, int | float] = {
+            "width": SIDE.of(self.width),
+            "height": SIDE.of(self.height),
+            "pixel_pitch": PITCH_RANGE.of(self.pixel_pitch),
+            "bits": BITS.of(self.bits),
+            "refresh": REFRESH_RANGE.of(self.refresh),
+            "fill_factor": FILL_RANGE.of(self.fill_factor),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+        PIXELS.of(self.width * self.height)
 
     @property
     def shape(self) -> tuple[int, int]:

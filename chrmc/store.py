@@ -1,30 +1,40 @@
 """A hologram video on disk: a folder of 8-bit frames and `manifest.json`, resumable.
 
 The manifest holds what the frames are (SLM, wavelength, scene, methods, encoding, scale) and, per
-frame, its record. Frames are named `frame_0001.tif` after the scene's frame numbers. A run that
-stops in between is continued by opening the same folder with the same description.
+frame, its record. Frames are named `frame_0001.tif` after the scene's frame numbers. While a run
+goes on, each group of frames has a record of its own, `group_….json`, which the manifest takes in;
+a run that was cut off leaves them, and they count.
 """
 
 import time
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.compensation.ledger import FrameRecord
-from chrmc.files import read_json, sha256, write_json
+from chrmc.files import read_json, sha256, sweep, write_json
+from chrmc.manifest import FORMAT, checked, plain_file
 from chrmc.pictures import read_grey, write_grey
+from chrmc.ranges import short
 from chrmc.slm import SLM
 
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["FORMAT", "MANIFEST", "GroupWriter", "Video", "VideoWriter", "open_video", "ranges"]
+
 MANIFEST = "manifest.json"
-FORMAT = 1
 SAVE_INTERVAL = 1.0
-"""Seconds between manifests while a run goes on; frames since the last one are made again."""
+"""Seconds between records while a run goes on; frames since the last one are made again."""
+
+Entry = dict[str, Any]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Video:
     """A stored video, read from its manifest.
 
@@ -40,7 +50,30 @@ class Video:
     encoding: str
     scale: float
     response: dict[str, Any]
-    frames: list[dict[str, Any]]
+    frames: list[Entry]
+
+    def __repr__(self) -> str:
+        return (
+            f"Video({str(self.folder)!r}, frames {ranges(self.numbers) or 'none yet'} of "
+            f"{self.scene.get('name', 'a scene')}, {self.slm.width} × {self.slm.height})"
+        )
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def _repr_html_(self) -> str:
+        from chrmc.notebook import video_html
+
+        return video_html(self)
+
+    def to_dataframe(self) -> "pandas.DataFrame":
+        """One row per frame: its record, stages as "seconds …", indexed by the frame number.
+
+        Needs pandas; ImportError says so.
+        """
+        from chrmc.notebook import dataframe
+
+        return dataframe(self)
 
     @property
     def pixel_pitch(self) -> float:
@@ -52,7 +85,7 @@ class Video:
         """Frame numbers that are there."""
         return [int(f["number"]) for f in self.frames]
 
-    def entry(self, number: int) -> dict[str, Any]:
+    def entry(self, number: int) -> Entry:
         """The manifest's entry of a frame."""
         for frame in self.frames:
             if frame["number"] == number:
@@ -62,8 +95,11 @@ class Video:
         )
 
     def path(self, number: int) -> Path:
-        """File of a frame."""
-        return self.folder / str(self.entry(number)["file"])
+        """File of a frame; ValueError where it is a link that leads out of the folder."""
+        path = self.folder / str(self.entry(number)["file"])
+        if path.is_symlink() and path.resolve().parent != self.folder.resolve():
+            raise ValueError(f"{path} is a link that leads out of the video's folder: remove it")
+        return path
 
     def read(self, number: int) -> NDArray[np.uint8]:
         """(H, W) grey levels of a frame; ValueError when it does not fit the SLM."""
@@ -91,100 +127,224 @@ def ranges(numbers: list[int]) -> str:
 def open_video(folder: str | Path) -> Video:
     """Read a video's manifest; one-line ValueError or OSError when it is none."""
     folder = Path(folder)
-    manifest = read_json(folder / MANIFEST, "hologram video; make one with `chrmc generate`")
+    manifest = read_manifest(folder)
+    return Video(
+        folder,
+        **{f.name: manifest[f.name] for f in fields(Video) if f.name != "folder"},
+    )
+
+
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """A folder's manifest, checked, with the frames of groups that it has not taken in yet."""
+    content = read_json(folder / MANIFEST, "hologram video; make one with `chrmc generate`")
     try:
-        if manifest["format"] != FORMAT:
-            raise ValueError(
-                f"{folder / MANIFEST} has format {manifest['format']}; this version reads {FORMAT}"
-            )
-        frames = sorted(manifest["frames"], key=lambda f: int(f["number"]))
-        for frame in frames:
-            if Path(frame["file"]).name != frame["file"]:
-                raise ValueError(f"{folder / MANIFEST}: {frame['file']!r} is not a plain file name")
-        return Video(
-            folder,
-            SLM(**manifest["slm"]),
-            float(manifest["wavelength"]),
-            dict(manifest["scene"]),
-            dict(manifest["methods"]),
-            str(manifest["encoding"]),
-            float(manifest["scale"]),
-            dict(manifest.get("response", {})),
-            frames,
-        )
-    except (KeyError, TypeError, AttributeError) as error:
+        if isinstance(content, dict) and isinstance(content.get("frames"), list):
+            content["frames"] = list(_with_groups(folder, content["frames"]))
+        return checked(content)
+    except ValueError as error:
         raise ValueError(
             f"{folder / MANIFEST} is not a hologram video's manifest ({error}): remake it"
         ) from None
 
 
+def _with_groups(folder: Path, entries: list[Any]) -> Iterator[Any]:
+    """The manifest's entries, then those of group records that it does not name yet."""
+    known = {entry.get("number") for entry in entries if isinstance(entry, dict)}
+    yield from entries
+    for path in group_records(folder):
+        for entry in read_json(path, "hologram video")["frames"]:
+            if entry["number"] not in known:
+                known.add(entry["number"])
+                yield entry
+
+
+def group_records(folder: Path) -> list[Path]:
+    """Records of groups that the manifest has not taken in for good."""
+    return sorted(folder.glob("group_[0-9]*.json"))
+
+
+@dataclass
+class GroupWriter:
+    """Writes a group's frames and its record; nobody else writes that file.
+
+    first : the group's first frame
+    entries : those of its frames that were there before
+    """
+
+    folder: Path
+    first: int
+    suffix: str = ".tif"
+    entries: dict[int, Entry] = field(default_factory=dict)
+    _saved: float = 0.0
+
+    @property
+    def path(self) -> Path:
+        """The group's record."""
+        return self.folder / f"group_{self.first:06d}.json"
+
+    def add(self, record: FrameRecord, levels: NDArray[np.uint8]) -> None:
+        """Store one frame; its record follows within `SAVE_INTERVAL` or with `save`."""
+        self.entries[record.number] = store_frame(self.folder, record, levels, self.suffix)
+        if time.monotonic() - self._saved > SAVE_INTERVAL:
+            self.save()
+
+    def save(self) -> None:
+        """Write the record of the group's frames so far."""
+        if self.entries:
+            frames = [self.entries[n] for n in sorted(self.entries)]
+            write_json(self.path, {"frames": frames})
+            self._saved = time.monotonic()
+
+
+def store_frame(
+    folder: Path, record: FrameRecord, levels: NDArray[np.uint8], suffix: str = ".tif"
+) -> Entry:
+    """Write one frame; its entry for the manifest."""
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder} is gone: it was removed while frames were being made")
+    path = folder / f"frame_{record.number:04d}{suffix}"
+    write_grey(path, levels)
+    return {"number": record.number, "file": path.name, "sha256": sha256(path)} | asdict(record)
+
+
 @dataclass
 class VideoWriter:
-    """Writes a video frame by frame; state is the manifest in the making.
+    """Writes a video's manifest; state is the manifest in the making. See `lock.writer_lock`.
 
     folder : made when absent
     description : everything of the manifest but `frames`; a folder that holds a video of another
-        description is refused
+        description is refused with what differs
     suffix : ".tif" or ".png"
     """
 
     folder: Path
     description: dict[str, Any]
     suffix: str = ".tif"
-    entries: dict[int, dict[str, Any]] = field(default_factory=dict)
+    entries: dict[int, Entry] = field(default_factory=dict)
     _saved: float = 0.0
+    _pause: float = SAVE_INTERVAL
 
     def __post_init__(self) -> None:
         self.folder = Path(self.folder)
-        if self.folder.exists() and not self.folder.is_dir():
-            raise ValueError(f"{self.folder} is a file; --out needs a folder")
-        path = self.folder / MANIFEST
-        if path.exists():
-            self._continue(read_json(path, "hologram video"))
-        elif self.folder.is_dir() and any(self.folder.glob("frame_*")):
-            raise ValueError(
-                f"{self.folder} holds frames without a {MANIFEST}: they are not this video's; "
-                "choose another --out"
-            )
-
-    def _continue(self, manifest: dict[str, Any]) -> None:
-        for key, wanted in self.description.items():
-            if manifest.get(key) != wanted:
-                raise ValueError(
-                    f"{self.folder} holds another video (its {key} is "
-                    f"{_short(manifest.get(key))}, not {_short(wanted)}): choose another --out, "
-                    "or replace it with --force"
-                )
-        for entry in manifest.get("frames", []):
-            path = self.folder / Path(str(entry["file"])).name
-            if path.is_file() and sha256(path) == entry["sha256"]:
-                self.entries[int(entry["number"])] = entry
+        before = existing_manifest(self.folder)
+        if before is not None:
+            refuse_another(self.folder, before, self.description)
+            for entry in before["frames"]:
+                path = self.folder / plain_file(entry["file"])
+                if path.is_file() and sha256(path) == entry["sha256"]:
+                    self.entries[int(entry["number"])] = entry
+            sweep(self.folder)
+        self.folder.mkdir(parents=True, exist_ok=True)
 
     def add(self, record: FrameRecord, levels: NDArray[np.uint8]) -> None:
         """Store one frame and its record."""
-        path = self.folder / f"frame_{record.number:04d}{self.suffix}"
-        write_grey(path, levels)
-        entry = {"number": record.number, "file": path.name, "sha256": sha256(path)}
-        self.entries[record.number] = entry | asdict(record)
-        if time.monotonic() - self._saved > SAVE_INTERVAL:
+        self.entries[record.number] = store_frame(self.folder, record, levels, self.suffix)
+        self.save_when_due()
+
+    def collect(self) -> None:
+        """Take in the records of groups, save the manifest, and remove those records."""
+        paths = group_records(self.folder)
+        for path in paths:
+            for entry in read_json(path, "hologram video")["frames"]:
+                self.entries[int(entry["number"])] = entry
+        self.save()
+        for path in paths:
+            path.unlink(missing_ok=True)
+
+    @property
+    def due(self) -> bool:
+        """Whether the manifest was saved so long ago that it may be again."""
+        return time.monotonic() - self._saved > self._pause
+
+    def save_when_due(self) -> None:
+        """Write the manifest if it is due."""
+        if self.due:
             self.save()
 
     def save(self) -> None:
         """Write the manifest of all frames so far."""
+        start = time.monotonic()
         frames = [self.entries[n] for n in sorted(self.entries)]
         write_json(self.folder / MANIFEST, self.description | {"frames": frames})
         self._saved = time.monotonic()
+        # A long manifest is saved more rarely: a twentieth of the time at most.
+        self._pause = max(SAVE_INTERVAL, 20 * (self._saved - start))
+
+    def discard_if_empty(self) -> None:
+        """Remove the manifest of a video of which no frame came about."""
+        if not self.entries:
+            (self.folder / MANIFEST).unlink(missing_ok=True)
+
+
+def existing_manifest(folder: Path) -> dict[str, Any] | None:
+    """The manifest as it stands on disk, groups' records included; None where there is none.
+
+    ValueError for a file in place of the folder, and for frames that no manifest names.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder} is a file; --out needs a folder")
+    if (folder / MANIFEST).exists():
+        read_manifest(folder)  # refuses what is none
+        raw: dict[str, Any] = read_json(folder / MANIFEST, "hologram video")
+        return raw | {"frames": list(_with_groups(folder, raw["frames"]))}
+    if folder.is_dir() and any(folder.glob("frame_*")):
+        raise ValueError(
+            f"{folder} holds frames without a {MANIFEST}: they are not this video's; "
+            "choose another --out"
+        )
+    return None
+
+
+def refuse_another(folder: Path, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
+    """ValueError that names what differs, unless `before` agrees with all that `wanted` says."""
+    found = list(differences({"response": {"name": "linear"}, **before}, wanted))
+    if found:
+        more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+        raise ValueError(
+            f"{folder} holds another video ({'; '.join(found[:3])}{more}): choose another --out, "
+            "or replace it with --force"
+        )
+
+
+def differences(before: Any, wanted: Any, name: str = "") -> Iterator[str]:
+    """What differs, such as "tolerance 0.001, not 0.01"; only what `wanted` says counts."""
+    if isinstance(before, Mapping) and isinstance(wanted, Mapping):
+        for key, value in wanted.items():
+            yield from differences(before.get(key), value, _WORDS.get(key) or str(key))
+        if name == "options":
+            for key in before.keys() - wanted.keys():
+                yield f"{key} {short(before[key])}, not given"
+    elif before != wanted:
+        if name in _WORDS.values():
+            yield f"{name} differ"
+        else:
+            yield f"{name} {_said(before)}, not {_said(wanted)}"
+
+
+_WORDS = {"fingerprint": "the scene's points", "spot_check": "the scene's points"}
+
+
+def _said(value: Any) -> str:
+    return value if isinstance(value, str) and len(value) <= 60 else short(value)
 
 
 def remove_video(folder: str | Path) -> None:
-    """Delete the frames and the manifest of a video, and nothing else."""
+    """Delete the frames, the records and the manifest of a video, and nothing else."""
     folder = Path(folder)
     if (folder / MANIFEST).exists():
-        for path in folder.glob("frame_[0-9]*.*"):
+        for path in [*folder.glob("frame_[0-9]*.*"), *group_records(folder)]:
             path.unlink()
         (folder / MANIFEST).unlink()
 
 
-def _short(value: Any) -> str:
-    text = str(value)
-    return text if len(text) <= 60 else text[:57] + "…"
+def replace_video(folder: Path, new: Path) -> None:
+    """Put the video in `new` in place of the one in `folder`, which goes only then."""
+    names = {entry["file"] for entry in read_manifest(new)["frames"]}
+    old = [p for p in folder.glob("frame_[0-9]*.*") if p.name not in names]
+    old += group_records(folder)
+    for name in names:
+        (new / name).replace(folder / name)
+    (new / MANIFEST).replace(folder / MANIFEST)
+    for path in old:
+        path.unlink()
+    new.rmdir()

@@ -19,6 +19,7 @@ from chrmc.cgh.method import (
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import check_showable
 from chrmc.optics.passband import Passband
+from chrmc.ranges import WAVELENGTH_RANGE
 from chrmc.reference import resolve_passband
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
@@ -40,7 +41,7 @@ def compute_field(
     cloud: PointCloud,
     slm: SLM,
     wavelength: float,
-    method: str | Method = "rt",
+    method: str | Method = DEFAULT_METHOD,
     *,
     window: Window | None = None,
     passband: Passband | None = None,
@@ -51,7 +52,7 @@ def compute_field(
 
     cloud : points, z > 0
     wavelength : metres
-    method : a name in METHODS, a function of that form, or a `CGHMethod`
+    method : a name in METHODS, FILE.py:NAME, a function of that form, or a `CGHMethod`
     window : part of the SLM, default all
     passband : what the soft footprint ends at, default the SLM's full band
     footprint : "soft", or None for bare spherical waves
@@ -84,6 +85,7 @@ def field_and_error(
     **options: Any,
 ) -> tuple[NDArray[np.complex64], float | None]:
     """`compute_field`, and the relative L2 error that the method expects of it, if it does."""
+    wavelength = WAVELENGTH_RANGE.of(wavelength)
     band = resolve_passband(slm, footprint, passband)
     part = Window.full(slm) if window is None else window.check(slm)
     check_showable(cloud, slm, wavelength, band)
@@ -105,6 +107,7 @@ def signal_and_error(
     **options: Any,
 ) -> tuple[NDArray[np.float32], float | None]:
     """Re(field·exp(+2πi·carrier·y)), (H, W) float32, from a method that has a signal; its error."""
+    wavelength = WAVELENGTH_RANGE.of(wavelength)
     check_showable(cloud, slm, wavelength, coding.passband)
     chosen = method_named(method)
     chosen.check(options)

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.options import check_options, option_names
+from chrmc.python_file import from_python_file, is_python_name
+from chrmc.ranges import short
 
 FieldFunction = Callable[..., NDArray[np.complex64]]
 """(cloud, slm, wavelength, window, passband, **options) → complex64 (H, W) on the window."""
@@ -82,7 +84,11 @@ DEFAULT_METHOD = "curved"
 
 
 def method_named(method: str | Method) -> CGHMethod:
-    """The method of a name, or of a function."""
+    """The method of a name, of FILE.py:NAME, or of a function."""
+    if is_python_name(method):
+        method = from_python_file(method)
+        if not (isinstance(method, CGHMethod) or callable(method)):
+            raise ValueError(f"a CGH method is a function or a CGHMethod, not {short(method)}")
     if isinstance(method, CGHMethod):
         return method
     if callable(method):

@@ -41,8 +41,7 @@ def command(
     limited to the half band that a single sideband keeps ("real" to the full band), once for a
     field that the generator limited and once for one that fills the panel's whole band.
     """
-    from chrmc.generation import scene_wavelength
-    from chrmc.recipe import recipe_for
+    from chrmc.recipe import recipe_for, scene_wavelength
     from chrmc.scene.load import load_scene
 
     given = load_scene(scene, form=form)
@@ -100,7 +99,7 @@ def measure(
     wavelength: float,
     depth: float,
     box: tuple[slice, slice],
-    cgh: str,
+    cgh: Any,
     options: dict[str, Any],
 ) -> list[dict[str, Any]]:
     """One row of figures for each encoding; images are compared in `box`."""

@@ -98,8 +98,8 @@ def command(
     from chrmc.bench.tradeoff_table import Table
     from chrmc.cli.bench_tables import image_psnr
     from chrmc.encoding import coding_for
-    from chrmc.generation import scene_wavelength
     from chrmc.progress import progress
+    from chrmc.recipe import scene_wavelength
     from chrmc.scene.load import load_scene
     from chrmc.scene.scene import frame_range
 
@@ -155,7 +155,7 @@ def made_with(
     """What two runs must agree in for one to go on where the other stopped."""
     from chrmc import __version__
     from chrmc.bench.speed import machine
-    from chrmc.generation import fingerprint
+    from chrmc.survey import fingerprint
 
     slm = optics.slm
     return [

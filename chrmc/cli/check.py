@@ -75,7 +75,9 @@ def chosen_frames(asked: list[tuple[int, int]] | None, video: Any) -> list[int]:
     help="PSNR and SSIM too, against the reconstruction of the scene's own field.",
 )
 @click.option(
-    "--scene", default=None, help="Name or folder of the scene, for --truth. [the video's]"
+    "--scene",
+    default=None,
+    help="Name or folder of the scene, or FILE.py:NAME, for --truth. [the video's]",
 )
 @click.option(
     "--metrics", is_flag=True, help="Also where published focus metrics of each region peak."
@@ -154,6 +156,12 @@ def truth_maker(video: Any, scene_name: str | None) -> Any:
     from chrmc.encoding import coding_for
     from chrmc.scene.load import load_scene
 
+    source = video.scene.get("source")
+    if scene_name is None and source is not None:
+        raise ValueError(
+            f"the scene came from {source['file']}: name it again, --scene FILE.py:"
+            f"{source['function']} (a manifest's code is never run by itself)"
+        )
     scene = load_scene(scene_name or str(video.scene["name"]), form=str(video.scene["form"]))
     band = coding_for(video.encoding, video.slm).passband
 

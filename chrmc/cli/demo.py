@@ -43,19 +43,17 @@ def command(
     from chrmc.cli.montage import draw_montage
     from chrmc.cli.play import command as play
     from chrmc.files import replacing
-    from chrmc.generation import generate, summary
+    from chrmc.generation import make_video, summary
     from chrmc.recipe import recipe_for
     from chrmc.scene.load import load_scene
     from chrmc.slm import LC_R_1080
-    from chrmc.store import open_video, remove_video
+    from chrmc.store import open_video
 
     recipe = recipe_for(load_scene(scene, form=form), LC_R_1080, **methods)
     folder = out / "video"
-    if force:
-        remove_video(folder)
 
     heading("1. Holograms")
-    made = generate(recipe, folder)
+    made = make_video(recipe, folder, force=force)
     video = open_video(folder)
     table = list(summary(video.frames))
     click.echo(f"{folder}: {made} made, {len(video.frames) - made} kept")

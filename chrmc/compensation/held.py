@@ -82,7 +82,7 @@ class Matcher:
             )
         if matching == "exact" and scene.form == "rgbd":
             matching = "strict"
-        planes = getattr(scene, "planes", None)
+        planes = scene.planes
         return cls(matching, scene.pixel_pitch, planes.step if planes else PLANE_SPACING)
 
     def compare(

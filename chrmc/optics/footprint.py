@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.optics.passband import Passband
+from chrmc.ranges import DISTANCE_RANGE, WAVELENGTH_RANGE
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 
@@ -35,8 +36,7 @@ def taper(offset: NDArray[Any], half_width: NDArray[Any]) -> NDArray[np.float64]
 
 def check_showable(cloud: PointCloud, slm: SLM, wavelength: float, passband: Passband) -> None:
     """ValueError when a point stands behind the hologram, or no pixel lies in its footprint."""
-    if not (np.isfinite(wavelength) and wavelength > 0):
-        raise ValueError(f"wavelength must be a positive length, not {wavelength} m")
+    WAVELENGTH_RANGE.of(wavelength)
     if len(cloud) == 0:
         return
     z = cloud.positions[:, 2]
@@ -46,6 +46,8 @@ def check_showable(cloud: PointCloud, slm: SLM, wavelength: float, passband: Pas
             f"{int(behind.sum())} of {len(cloud)} points stand at or behind the hologram plane "
             f"(smallest z {z.min() * 1e3:.4g} mm): move the scene to z > 0"
         )
+    if z.max() > DISTANCE_RANGE.high:
+        DISTANCE_RANGE.of(z.max())
     overshoot = np.full(len(cloud), -inf)
     for axis, (count, f_max) in enumerate(
         ((slm.width, passband.fx_max), (slm.height, passband.fy_max))
@@ -98,10 +100,19 @@ def expected_power(
     for axis, (pixels, f_max) in enumerate(
         ((slm.x(), passband.fx_max), (slm.y(), passband.fy_max))
     ):
-        # 65 samples resolve the soft edge to better than the scale needs (a few per cent of it).
-        samples = np.linspace(pixels[0], pixels[-1], 65)
-        weight = taper(
-            samples - cloud.positions[:, axis, None], (z * reach(wavelength, f_max))[:, None]
-        )
-        power = power * np.mean(weight**2, axis=1)
+        half = z * reach(wavelength, f_max)
+        edge = (pixels[-1] - pixels[0] + slm.pixel_pitch) / 2
+        at = cloud.positions[:, axis]
+        lit = _lit_length((edge - at) / half) + _lit_length((edge + at) / half)
+        with np.errstate(invalid="ignore"):
+            share = np.clip(lit * half / (2 * edge), 0, 1)
+        power = power * np.where(np.isfinite(half), share, 1.0)
     return power
+
+
+def _lit_length(end: NDArray[np.float64]) -> NDArray[np.float64]:
+    """∫ taper² from 0 to `end`, in half-widths and odd in it: the antiderivative of cos⁴."""
+    length = np.abs(end)
+    u = np.clip((length - (1 - SOFT_SHARE)) / SOFT_SHARE, 0, 1)
+    soft = 3 / 8 * u + np.sin(np.pi * u) / (2 * np.pi) + np.sin(2 * np.pi * u) / (16 * np.pi)
+    return np.sign(end) * (np.minimum(length, 1 - SOFT_SHARE) + SOFT_SHARE * soft)

@@ -6,14 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.ranges import PITCH_RANGE, WAVELENGTH_RANGE
 from chrmc.scene.points import PointCloud
-from chrmc.scene.scene import ObjectFrame, Pose, SceneFrame, check_frame_number
+from chrmc.scene.scene import ObjectFrame, Pose, SceneFrame, check_frame_number, described
 
 Visibility = Sequence[NDArray[np.bool_]] | Callable[[int], NDArray[np.bool_]]
 """Per frame a mask over the body's points; or a function of the frame number that returns it."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PointScene:
     """Rigid bodies of points, one pose per frame.
 
@@ -41,8 +42,9 @@ class PointScene:
         if set(self.bodies) != set(self.poses):
             odd = sorted(set(self.bodies) ^ set(self.poses))
             raise ValueError(f"scene {self.name}: {odd} have a body or poses, but not both")
-        if not (np.isfinite(self.pixel_pitch) and self.pixel_pitch > 0):
-            raise ValueError(f"pixel_pitch must be a positive length, not {self.pixel_pitch} m")
+        object.__setattr__(self, "pixel_pitch", PITCH_RANGE.of(self.pixel_pitch))
+        if self.wavelength is not None:
+            object.__setattr__(self, "wavelength", WAVELENGTH_RANGE.of(self.wavelength))
         lengths = {name: len(poses) for name, poses in self.poses.items()}
         for name, length in lengths.items():
             if length not in (1, self.frame_count):
@@ -58,6 +60,14 @@ class PointScene:
                     f"scene {self.name}: {name} has {len(visible)} visibility masks for "
                     f"{self.frame_count} frames"
                 )
+
+    def __repr__(self) -> str:
+        return described(self)
+
+    @property
+    def planes(self) -> None:
+        """Depths are exact."""
+        return None
 
     @property
     def frame_count(self) -> int:

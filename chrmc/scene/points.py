@@ -4,10 +4,34 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from chrmc.ranges import short
 
 
-@dataclass(frozen=True, eq=False)
+def numbers(
+    name: str, values: ArrayLike, shape: tuple[int, ...] | None = None
+) -> NDArray[np.float64]:
+    """Values as a float64 array; ValueError unless real, finite, and of the shape if one is given.
+
+    An array that is float64 already is taken as it is, not copied.
+    """
+    try:
+        plain = np.asarray(values)
+        if plain.dtype.kind not in "fiub":
+            raise TypeError
+        array = plain.astype(np.float64, copy=False)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be an array of real numbers, not {short(values)}") from None
+    if shape is not None and array.shape != shape:
+        raise ValueError(f"{name} must be {shape}, not {array.shape}")
+    bad = np.count_nonzero(~np.isfinite(array))
+    if bad:
+        raise ValueError(f"{name}: {bad} values are NaN or infinite; all must be finite")
+    return array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class PointCloud:
     """Points of light.
 
@@ -23,23 +47,24 @@ class PointCloud:
     phase: NDArray[np.float64]
 
     def __post_init__(self) -> None:
-        positions = np.asarray(self.positions, dtype=np.float64)
+        positions = numbers("positions", self.positions)
         if positions.size == 0:
             positions = positions.reshape(0, 3)
-        amplitude = np.asarray(self.amplitude, dtype=np.float64).reshape(-1)
-        phase = np.asarray(self.phase, dtype=np.float64).reshape(-1)
         if positions.ndim != 2 or positions.shape[1] != 3:
             raise ValueError(f"positions must be (N, 3), not {positions.shape}")
-        for name, values in (("amplitude", amplitude), ("phase", phase)):
+        object.__setattr__(self, "positions", positions)
+        for name in ("amplitude", "phase"):
+            values = numbers(name, getattr(self, name)).reshape(-1)
             if len(values) != len(positions):
                 raise ValueError(f"{len(positions)} positions but {len(values)} values of {name}")
-        for name, values in (("positions", positions), ("amplitude", amplitude), ("phase", phase)):
-            bad = np.count_nonzero(~np.isfinite(values))
-            if bad:
-                raise ValueError(f"{name}: {bad} values are NaN or infinite; all must be finite")
-        object.__setattr__(self, "positions", positions)
-        object.__setattr__(self, "amplitude", amplitude)
-        object.__setattr__(self, "phase", phase)
+            object.__setattr__(self, name, values)
+
+    def __repr__(self) -> str:
+        if len(self) == 0:
+            return "PointCloud(no points)"
+        low, high = 1e3 * self.positions.min(axis=0), 1e3 * self.positions.max(axis=0)
+        sides = (f"{axis} {a:.4g}…{b:.4g}" for axis, a, b in zip("xyz", low, high, strict=True))
+        return f"PointCloud({len(self)} points, {', '.join(sides)} mm)"
 
     def __len__(self) -> int:
         return len(self.positions)

@@ -14,13 +14,20 @@ from chrmc.scene.rgbd import (
     frame_to_cloud,
     pixel_phases,
 )
-from chrmc.scene.scene import ObjectFrame, Pose, Scene, SceneFrame, check_frame_number
+from chrmc.scene.scene import (
+    ObjectFrame,
+    Pose,
+    Scene,
+    SceneFrame,
+    check_frame_number,
+    described,
+)
 
 PHASE_SEED = 1
 """Of the pixels' random phases, unless a scene says otherwise."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RGBDScene:
     """Frames that a function delivers, from memory or from a folder.
 
@@ -50,6 +57,9 @@ class RGBDScene:
     phase_seed: int = PHASE_SEED
     form: str = "rgbd"
 
+    def __repr__(self) -> str:
+        return described(self)
+
     @property
     def object_names(self) -> tuple[str, ...]:
         """In the order of `objects`."""
@@ -74,13 +84,14 @@ class RGBDScene:
                 ObjectFrame(
                     name,
                     frame_to_cloud(images, self.pixel_pitch, self.phases, identity),
-                    pose=self._pose(name, number),
+                    pose=self.pose(name, number),
                 )
                 for identity, name in self.objects.items()
             ),
         )
 
-    def _pose(self, name: str, number: int) -> Pose | None:
+    def pose(self, name: str, number: int) -> Pose | None:
+        """Body to world of one object in one frame; None where the motion is not known."""
         poses = self.poses.get(name)
         if not poses:
             return None

@@ -47,7 +47,7 @@ def video(tmp_path_factory):
             thing["position"], thing["depth"] = cloud.centroid.tolist(), cloud.centroid[2]
             thing["box"] = [p.min(axis=0).tolist(), p.max(axis=0).tolist()]
         record.objects = [thing]
-        field = compute_field(cloud, SLM_, LAMBDA, passband=band)
+        field = compute_field(cloud, SLM_, LAMBDA, passband=band, method="rt")
         writer.add(record, encode(field, SLM_, scale=SCALE))
     writer.save()
     return folder

@@ -27,7 +27,7 @@ FAR, FAR_TARGET = block("far", (0.5e-3, -0.3e-3, 0.070), 2)
 
 def field_of(*clouds):
     band = coding_for("ssb", SLM_).passband
-    return compute_field(PointCloud.concatenate(clouds), SLM_, LAMBDA, passband=band)
+    return compute_field(PointCloud.concatenate(clouds), SLM_, LAMBDA, passband=band, method="rt")
 
 
 BOTH = field_of(NEAR, FAR)

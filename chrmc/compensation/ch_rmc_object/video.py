@@ -195,14 +195,9 @@ class _Maker:
     def _ahead(self, thing: ObjectFrame, number: int) -> list[Pose]:
         """The object's poses in the frames to come, as far as the scene can tell."""
         later = [n for n in self._numbers if n > number][:LOOK_AHEAD]
-        tell: Callable[[str, int], Pose] | None = getattr(self._scene, "pose", None)
         poses: list[Pose] = []
         for n in later:
-            if tell is not None:
-                pose: Pose | None = tell(thing.name, n)
-            else:
-                found = [o for o in self._scene.frame(n).objects if o.name == thing.name]
-                pose = found[0].pose if found and found[0].body is thing.body else None
+            pose = self._scene.pose(thing.name, n)
             if pose is None:
                 break
             poses.append(pose)

@@ -217,7 +217,7 @@ def frames(
     _check_limits(rekey_every, rekey_error)
     if measure is True or (rekey_image is not None and not measure):
         measure = image_measures(slm, wavelength)
-    planes = getattr(scene, "planes", None)
+    planes = scene.planes
     work = _Work(
         slm, wavelength, cgh, coding, options, radius, rule, snr_threshold,
         scene.pixel_pitch, planes.step if planes else PLANE_SPACING,

@@ -60,7 +60,16 @@ def test_a_new_method_is_one_file_and_one_line(half: str) -> None:
     )
     cache: list[int] = []
     frames = list(
-        chrmc.video(scene, PANEL, cgh=half, coding="ssb", frames=(1, 2), share=0.9, cache=cache)
+        chrmc.video(
+            scene,
+            PANEL,
+            cgh=half,
+            coding="ssb",
+            frames=(1, 2),
+            share=0.9,
+            cache=cache,
+            compensation="none",
+        )
     )
     assert [len(frame.cloud) for frame in frames] == [len(scene.frame(n).cloud) for n in (1, 2)]
     for frame in frames:
@@ -91,7 +100,9 @@ def test_a_plain_function_is_a_method_and_has_no_more_than_its_field() -> None:
 
     cloud = PointCloud(np.array([[0, 0, 0.2]]), np.ones(1), np.zeros(1))
     assert compute_field(cloud, PANEL, WAVELENGTH, dark, level=2.0)[3, 4] == 2.0
-    (frame,) = chrmc.video(load_scene("car-house"), PANEL, cgh=dark, coding="ssb", frames=(1, 1))
+    (frame,) = chrmc.video(
+        load_scene("car-house"), PANEL, cgh=dark, coding="ssb", frames=(1, 1), compensation="none"
+    )
     assert frame.signal is None and not frame.field.any()
     assert frame.record.error_predicted is None
     with pytest.raises(ValueError, match="CGH method dark has no option 'tolerance'"):

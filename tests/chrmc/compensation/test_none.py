@@ -30,7 +30,7 @@ def test_the_signal_is_the_fields_to_single_precision(encoding: str, tolerance: 
     coding = coding_for(encoding, PANEL)
     carrier = np.exp(2j * np.pi * coding.carrier * PANEL.y())[:, None]
     made = chrmc.video(load_scene("car-house"), PANEL, cgh="curved", coding=coding,
-                       frames=(1, 2), tolerance=tolerance)  # fmt: skip
+                       frames=(1, 2), tolerance=tolerance, compensation="none")  # fmt: skip
     for frame in made:
         assert frame.signal is not None and frame.signal.dtype == np.float32
         assert "field" not in vars(frame)  # nobody asked for it yet
@@ -42,7 +42,7 @@ def test_a_frame_without_points_is_dark_both_ways() -> None:
     nothing = PointCloud(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
     still = Pose(np.eye(3), np.array([0, 0, 0.25]))
     scene = PointScene("empty", {"it": nothing}, {"it": [still]}, {})
-    (frame,) = chrmc.video(scene, PANEL, cgh="curved", coding="ssb")
+    (frame,) = chrmc.video(scene, PANEL, cgh="curved", coding="ssb", compensation="none")
     assert frame.signal is not None
     assert frame.signal.shape == PANEL.shape and not frame.signal.any() and not frame.field.any()
 
@@ -51,7 +51,7 @@ def test_a_point_that_no_pixel_shows_is_refused_both_ways() -> None:
     aside = PointCloud(np.zeros((1, 3)), np.ones(1), np.zeros(1))
     still = Pose(np.eye(3), np.array([0.1, 0, 0.25]))
     scene = PointScene("aside", {"it": aside}, {"it": [still]}, {})
-    (frame,) = chrmc.video(scene, PANEL, cgh="curved", coding="ssb")
+    (frame,) = chrmc.video(scene, PANEL, cgh="curved", coding="ssb", compensation="none")
     for attribute in ("signal", "field"):
         with pytest.raises(ValueError, match="no pixel"):
             getattr(frame, attribute)
@@ -61,7 +61,9 @@ def test_only_curved_where_the_signal_is_enough_gives_it() -> None:
     scene = load_scene("car-house")
 
     def signal(cgh: object, encoding: str, **options: object) -> object:
-        made = chrmc.video(scene, PANEL, cgh=cgh, coding=encoding, frames=(1, 1), **options)
+        made = chrmc.video(
+            scene, PANEL, cgh=cgh, coding=encoding, frames=(1, 1), **options, compensation="none"
+        )
         return next(made).signal
 
     assert signal(curved.METHOD, "ssb") is not None
@@ -69,7 +71,9 @@ def test_only_curved_where_the_signal_is_enough_gives_it() -> None:
     assert signal(curved.field, "ssb") is None  # a plain function is no more than its field
     assert signal("curved", "offaxis") is None  # |U + R|² needs the field
     assert signal("curved", "ssb", footprint=None) is None  # only the field knows bare waves
-    frame = next(chrmc.video(scene, PANEL, cgh="curved", frames=(1, 1), sharpness=3))
+    frame = next(
+        chrmc.video(scene, PANEL, cgh="curved", frames=(1, 1), sharpness=3, compensation="none")
+    )
     assert frame.signal is None
     with pytest.raises(ValueError, match="no option 'sharpness'"):
         _ = frame.field

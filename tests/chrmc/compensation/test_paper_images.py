@@ -20,7 +20,7 @@ def some_object(shift: float = 0.0) -> ObjectFrame:
 
 
 def field_of(thing: ObjectFrame) -> np.ndarray:
-    return chrmc.compute_field(thing.cloud, PANEL, WAVELENGTH)
+    return chrmc.compute_field(thing.cloud, PANEL, WAVELENGTH, method="rt")
 
 
 @pytest.fixture(scope="module")

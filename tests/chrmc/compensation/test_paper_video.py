@@ -70,13 +70,13 @@ def frames(scene: Any, **options: Any) -> list[VideoFrame]:
             surface="paper",
             radius=0.24,
             measure_reuse=True,
-            **options,
+            **{"cgh": "rt", **options},
         )
     )
 
 
 def truth_of(frame: VideoFrame) -> np.ndarray:
-    return chrmc.compute_field(frame.shown, PANEL, WAVELENGTH)
+    return chrmc.compute_field(frame.shown, PANEL, WAVELENGTH, method="rt")
 
 
 HOUSE = (body(8, 5), [Pose(np.eye(3), np.array([0.0, 1e-4, 0.26]))])
@@ -225,7 +225,7 @@ def test_images_of_depth_have_their_own_truth() -> None:
     again = frames(scene, matching="tolerant")
     for frame in made:
         assert relative_error(frame.field, truth_of(frame)) < 0.15
-    fresh = chrmc.compute_field(made[3].cloud, PANEL, WAVELENGTH)
+    fresh = chrmc.compute_field(made[3].cloud, PANEL, WAVELENGTH, method="rt")
     assert relative_error(made[3].field, fresh) > 0.5
     assert sum(f.record.points_added for f in made) > sum(f.record.points_added for f in again)
 
@@ -265,7 +265,7 @@ def test_refusals(long_arc: PointScene) -> None:
                 PANEL,
                 compensation="ch-rmc",
                 surface="paper",
-                **{"radius": 0.24, **options},
+                **{"radius": 0.24, "cgh": "rt", **options},
             )
 
 

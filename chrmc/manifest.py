@@ -1,0 +1,133 @@
+"""A manifest's content, checked in one place: types, ranges, and nothing outside its folder."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+from chrmc.encoding import CODINGS
+from chrmc.ranges import WAVELENGTH_RANGE, Count, Range, real, short
+from chrmc.response import GreyResponse
+from chrmc.slm import SLM
+
+FORMAT = 1
+SCENE_PITCH = Range("the scene's pixel_pitch", 1e-9, 10.0)
+SCALE = Range("scale", 1e-300, 1e300, unit="")
+FRAME = Count("frame number", 1, 10**9)
+GROUP = Count("group", 1, 10**9)
+_SUFFIXES = (".tif", ".tiff", ".png")
+
+
+def checked(content: Any) -> dict[str, Any]:
+    """The manifest with Python's plain types; ValueError names what is missing or wrong.
+
+    Keys that are not known here are kept as they are.
+    """
+    manifest = _mapping("it", content)
+    if manifest.get("format") != FORMAT:
+        raise ValueError(f"it has format {short(manifest.get('format'))}; this version reads 1")
+    slm = _mapping("slm", _needed(manifest, "slm"))
+    unknown = sorted(set(slm) - {f.name for f in fields(SLM)})
+    if unknown or not {"name", "width", "height", "pixel_pitch"} <= set(slm):
+        raise ValueError("slm must have name, width, height, pixel_pitch and what else an SLM has")
+    scene = _mapping("scene", _needed(manifest, "scene"))
+    encoding = _needed(manifest, "encoding")
+    if encoding not in CODINGS:
+        raise ValueError(f"encoding {short(encoding)} is none of {', '.join(CODINGS)}")
+    frames = _needed(manifest, "frames")
+    if not isinstance(frames, list):
+        raise ValueError(f"frames must be a list, not {short(frames)}")
+    checked_frames = [_frame(entry) for entry in frames]
+    numbers = [entry["number"] for entry in checked_frames]
+    if len(set(numbers)) != len(numbers):
+        raise ValueError("a frame is listed twice")
+    return {
+        **manifest,
+        "slm": SLM(**{**slm, "name": _text("slm's name", slm["name"])}),
+        "wavelength": WAVELENGTH_RANGE.of(_needed(manifest, "wavelength")),
+        "scene": {
+            **scene,
+            "name": _text("the scene's name", scene.get("name", "")),
+            "form": _text("the scene's form", scene.get("form", "points")),
+            "pixel_pitch": SCENE_PITCH.of(_needed(scene, "pixel_pitch")),
+        },
+        "methods": _mapping("methods", _needed(manifest, "methods")),
+        "scale": SCALE.of(_needed(manifest, "scale")),
+        "group": GROUP.of(manifest.get("group", GROUP.high)),
+        "response": _response(manifest.get("response")),
+        "frames": sorted(checked_frames, key=lambda entry: int(entry["number"])),
+    }
+
+
+def plain_file(name: Any) -> str:
+    """The name of a frame's file, a plain one; ValueError otherwise."""
+    plain = isinstance(name, str) and len(name) < 256 and name.lower().endswith(_SUFFIXES)
+    if not plain or re.search(r'[\x00-\x1f/\\:*?"<>|]', name) or name.startswith("."):
+        raise ValueError(f"{short(name)} is not a plain file name of a frame")
+    return str(name)
+
+
+def _frame(entry: Any) -> dict[str, Any]:
+    frame = _mapping("a frame", entry)
+    number = FRAME.of(_needed(frame, "number"))
+    objects = frame.get("objects", [])
+    if not isinstance(objects, list):
+        raise ValueError(f"frame {number}: objects must be a list")
+    return {
+        **frame,
+        "number": number,
+        "file": plain_file(_needed(frame, "file")),
+        "sha256": _text("sha256", frame.get("sha256", "")),
+        "objects": [_object(number, o) for o in objects],
+    }
+
+
+def _object(number: int, entry: Any) -> dict[str, Any]:
+    thing = dict(_mapping(f"frame {number}: an object", entry))
+    where = f"frame {number}: an object's"
+    thing["name"] = _text(f"{where} name", thing.get("name"))
+    if thing.get("position") is not None:
+        thing["position"] = _numbers(f"{where} position", thing["position"], 3)
+    if thing.get("depth") is not None:
+        thing["depth"] = real(f"{where} depth", thing["depth"])
+    if thing.get("box") is not None:
+        corners = thing["box"]
+        if not isinstance(corners, list) or len(corners) != 2:
+            raise ValueError(f"{where} box must be two corners, not {short(corners)}")
+        thing["box"] = [_numbers(f"{where} box", corner, 3) for corner in corners]
+    return thing
+
+
+def _response(value: Any) -> dict[str, Any]:
+    if value is None:
+        return {}
+    response = _mapping("response", value)
+    try:
+        GreyResponse.from_dict(dict(response))
+    except (ValueError, TypeError, IndexError, OverflowError) as error:
+        raise ValueError(f"response: {error}") from None
+    return dict(response)
+
+
+def _needed(mapping: Mapping[str, Any], key: str) -> Any:
+    if key not in mapping:
+        raise ValueError(f"{key} is missing")
+    return mapping[key]
+
+
+def _mapping(name: str, value: Any) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ValueError(f"{name} must be an object, not {short(value)}")
+    return value
+
+
+def _text(name: str, value: Any) -> str:
+    if not isinstance(value, str) or len(value) > 1000:
+        raise ValueError(f"{name} must be text, not {short(value)}")
+    return value
+
+
+def _numbers(name: str, value: Any, count: int) -> list[float]:
+    if not isinstance(value, list) or len(value) != count:
+        raise ValueError(f"{name} must be {count} numbers, not {short(value)}")
+    return [real(name, entry) for entry in value]
