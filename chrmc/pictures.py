@@ -78,7 +78,9 @@ def read_grey(path: Path) -> NDArray[np.uint8]:
             raise ValueError(f"{path} holds {spec.format} samples; 8-bit grey levels are needed")
         pixels = source.read_image(format="uint8")
         if pixels is None:
-            raise OSError(f"{path} is damaged: {source.geterror().strip()}")
+            # A decoder may complain of every strip: the first complaint tells.
+            complaint = (source.geterror().strip().splitlines() or ["it cannot be decoded"])[0]
+            raise OSError(f"{path} is damaged: {complaint}")
     finally:
         source.close()
     levels = np.asarray(pixels, dtype=np.uint8).reshape(spec.height, spec.width, spec.nchannels)

@@ -31,7 +31,7 @@ def movies_there() -> bool:
 
 
 def write_animation(path: str | Path, frames: Frames, rate: float) -> None:
-    """Write (h, w) uint8 frames of one shape at `rate` frames per second, by the suffix."""
+    """Write uint8 frames of one shape, (h, w) or (h, w, 3), at `rate` a second, by the suffix."""
     path = check_animation(Path(path))
     if not frames:
         raise ValueError(f"{path}: no frames to animate")
@@ -62,9 +62,10 @@ def _movie(path: Path, frames: Frames, rate: float) -> None:
     from importlib import import_module
 
     ffmpeg: Any = import_module("imageio_ffmpeg")
-    height, width = (n // 2 * 2 for n in frames[0].shape)  # codecs want even sides
+    height, width = (n // 2 * 2 for n in frames[0].shape[:2])  # codecs want even sides
+    samples = "gray" if frames[0].ndim == 2 else "rgb24"
     writer = ffmpeg.write_frames(
-        str(path), (width, height), pix_fmt_in="gray", fps=rate, quality=8, macro_block_size=2
+        str(path), (width, height), pix_fmt_in=samples, fps=rate, quality=8, macro_block_size=2
     )
     writer.send(None)
     try:

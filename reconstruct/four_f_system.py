@@ -212,7 +212,11 @@ class FourF:
 
     def field(self, frame: NDArray[np.uint8]) -> NDArray[np.complex64]:
         """(H, W) complex field in the image plane (depth 0), demodulated: an estimate of U."""
-        wave = self._image_wave(self.fourier_plane(frame))
+        return self.decode(self.fourier_plane(frame))
+
+    def decode(self, plane: NDArray[np.complex64]) -> NDArray[np.complex64]:
+        """(H, W) complex field in the image plane, from `fourier_plane`."""
+        wave = self._image_wave(plane)
         wave *= np.float32(GAIN * self.scale)
         if self.coding.carrier:
             wave *= cycles_to_phasor(-self.coding.carrier * self.slm.y())[:, None]

@@ -87,12 +87,14 @@ def write_counts(
     _write(path, counts[:, :, None], str(counts.dtype), dict(metadata or {}))
 
 
-def write_colour(path: str | Path, image: NDArray[np.uint8]) -> None:
-    """Write (h, w, 3) uint8 as a PNG."""
+def write_colour(
+    path: str | Path, image: NDArray[np.uint8], metadata: dict[str, Any] | None = None
+) -> None:
+    """Write (h, w, 3) uint8 as a PNG; metadata as `write_image` keeps it."""
     path = Path(path)
     if path.suffix.lower() != ".png":
         raise ValueError(f"{path}: colour pictures are written as .png")
-    _write(path, image, "uint8", {})
+    _write(path, image, "uint8", dict(metadata or {}))
 
 
 def _write(path: Path, pixels: NDArray[Any], kind: str, note: dict[str, Any]) -> None:

@@ -5,6 +5,7 @@ a margin; from there each depth is a short way on a small grid. Forty depths of 
 a tenth of a second after the first 50 ms, at full resolution.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import ceil
 
@@ -108,10 +109,26 @@ def focal_stack(
     band : what the field occupies, default Nyquist
     """
     z = np.atleast_1d(np.asarray(depths, dtype=np.float64))
+    region = Patch((0.0, 0.0), slm.shape, slm.pixel_pitch) if patch is None else patch
+    out = np.empty((len(z), *region.shape), dtype=np.float32)
+    for i, plane in enumerate(focal_planes(field, slm, wavelength, z, region, band)):
+        out[i] = plane
+    return FocalStack(z, out, region)
+
+
+def focal_planes(
+    field: NDArray[np.complex64],
+    slm: SLM,
+    wavelength: float,
+    depths: ArrayLike,
+    region: Patch,
+    band: tuple[float, float] | None = None,
+) -> Iterator[NDArray[np.float32]]:
+    """The (h, w) intensities of `focal_stack` one after the other, for who shows progress."""
+    z = np.atleast_1d(np.asarray(depths, dtype=np.float64))
     if z.size == 0 or not np.isfinite(z).all() or z.min() <= 0 or (np.diff(z) <= 0).any():
         raise ValueError("depths must be positive, ascending metres")
     p = slm.pixel_pitch
-    region = Patch((0.0, 0.0), slm.shape, p) if patch is None else patch
     nyquist = 0.5 / p
     limits = (nyquist, nyquist) if band is None else (band.fy_max, band.fx_max)
     middle = (z[0] + z[-1]) / 2
@@ -129,10 +146,8 @@ def focal_stack(
         wide.shape, p, wavelength, way, Patch((0.0, 0.0), region.shape, region.pitch), band, keep=0
     )
     spectrum = near.spectrum(there)
-    out = np.empty((len(z), *region.shape), dtype=np.float32)
-    for i, depth in enumerate(z):
-        out[i] = intensity(near.at(spectrum, -(float(depth) - float(middle))))
-    return FocalStack(z, out, region)
+    for depth in z:
+        yield intensity(near.at(spectrum, -(float(depth) - float(middle))))
 
 
 def all_in_focus(

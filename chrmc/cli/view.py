@@ -1,45 +1,67 @@
 """`chrmc view`: look around in a hologram video."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from chrmc.cli.lengths import DEPTH, Length
+from chrmc.cli.arguments import SLMType
+from chrmc.cli.lengths import DEPTH, WAVELENGTH, Length
+from chrmc.encoding import CODINGS
 
 
 @click.command("view")
-@click.argument("video", metavar="DIR", type=click.Path(path_type=Path))
+@click.argument(
+    "sources", metavar="DIR [DIR]", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
 @click.option("--frame", "number", type=int, default=None, help="Frame to start with. [the first]")
 @click.option(
     "--depth", type=Length(DEPTH), default=None, help="Such as 252mm. [of the first object]"
 )
 @click.option("--follow", default=None, help="Object to keep in focus from frame to frame.")
-def command(video: Path, number: int | None, depth: float | None, follow: str | None) -> int:
+@click.option("--slm", type=SLMType(), default=None, help="Of a picture. [lc-r-1080]")
+@click.option(
+    "--wavelength", type=Length(WAVELENGTH), default=None, help="Of a picture. [532nm]"
+)
+@click.option("--encoding", type=click.Choice(CODINGS), default=None, help="Of a picture. [ssb]")
+def command(
+    sources: tuple[Path, ...],
+    number: int | None,
+    depth: float | None,
+    follow: str | None,
+    **picture: Any,
+) -> int:
     """Look around in the video in DIR: any frame, any depth, through any Fourier filter.
+
+    With two, they are compared: linked frame, depth and zoom, side by side, by a wipe or as their
+    difference. A picture of grey levels opens too, as --slm, --wavelength and --encoding say.
+
+    \b
+    chrmc view DIR --frame 21
+    chrmc view DIR OTHER
+    chrmc view frame.png --slm 1920x1080:8um --wavelength 633nm
 
     Click on the reconstruction to focus there; wheel and drag zoom and move; space plays; left
     and right change the frame, up and down the depth; 1, 2, 3 show intensity, log and phase;
-    S saves the picture; F shows everything; Q leaves. Needs: pip install "chrmc[viewer]".
+    H shows all keys; Q leaves. Needs: pip install "chrmc[viewer]".
     """
-    from chrmc.store import open_video
+    from reconstruct.viewer.sources import check_pair, open_source
 
-    stored = open_video(video)
+    if len(sources) > 2:
+        raise click.UsageError("at most two videos are compared")
+    videos = [open_source(path, **picture) for path in sources]
+    if len(videos) == 2:
+        check_pair(*videos)
     try:
         from reconstruct.viewer.window import ViewerWindow
     except ImportError as error:
         raise OSError(
             f"the viewer needs the package {error.name}: pip install 'chrmc[viewer]'"
         ) from None
-    if number is not None:
-        stored.entry(number)
-    names = {o["name"] for f in stored.frames for o in f.get("objects", [])}
-    if follow is not None and follow not in names:
-        there = ", ".join(sorted(names)) or "none"
-        raise ValueError(f"no object {follow!r}; the video has {there}")
-    window = ViewerWindow(stored)
-    window.model.follow = follow
-    window.model.number = number if number is not None else window.model.number
-    if depth is not None:
-        window.model.depth = depth
+    from reconstruct.viewer.state import ViewerState
+
+    ViewerState(videos).start(number, depth, follow)  # what is wrong is told before a window opens
+    window = ViewerWindow(videos)
+    window.session.model.start(number, depth, follow)
     window.run()
     return 0

@@ -6,8 +6,11 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from reconstruct.viewer.shade import DECADES, MODES, TINTS, Look
-from reconstruct.viewer.view import View
+from reconstruct.viewer.shade import DECADES, DIVERGING, ENTRIES, MODES, Look, colour_table
+from reconstruct.viewer.view import Rectangle, View
+
+KINDS = ("complex", "power", "signed", "grey")
+"""(h, w) complex64; float32 intensity; float32 difference of intensities; uint8 grey levels."""
 
 _VERTEX = """
 #version 330
@@ -17,58 +20,58 @@ void main() {  // one triangle that covers the viewport
 }
 """
 _FRAGMENT = """
-// mode: 0 intensity, 1 log, 2 phase, 3 grey level as it is; tint: as TINTS;
-// shifted: zero frequency in the corner, shown in the middle; masked: show what is blocked
-uniform sampler2D data;    // complex amplitude, or a grey level in red
+// kind: as KINDS; mode: 0 intensity, 1 log, 2 phase; masked: show what is blocked
+uniform sampler2D data;    // complex amplitude, or a value in red
 uniform sampler2D mask;    // what passes, 1, and what is blocked, 0
+uniform sampler2D table;   // colours from dark to bright
 uniform float white, gamma, zoom;
 uniform vec2 centre, screen;
+uniform vec4 covers;       // the data's rectangle in the picture: left, top, width, height
 out vec4 colour;
 
 vec3 tinted(float v) {
-    if (tint == 1) return vec3(v * v * v * 0.85, v, v * v * v * 0.6);
-    if (tint == 2) return vec3(clamp(2.2 * v, 0, 1), pow(v, 1.6), clamp(1.8 * v - 0.9, 0, 1));
-    return vec3(v);
-}
-ivec2 texel(vec2 p, ivec2 size) {
-    ivec2 at = ivec2(floor(p));
-    if (shifted == 1) at = (at + size - size / 2) % size;
-    return at;
+    return texture(table, vec2((v * float(ENTRIES - 1) + 0.5) / float(ENTRIES), 0.5)).rgb;
 }
 void main() {
     ivec2 size = textureSize(data, 0);
-    vec2 p = centre + (gl_FragCoord.xy - screen / 2.0) / zoom;
+    vec2 step = vec2(size) / covers.zw;  // samples per pixel of the picture
+    vec2 p = (centre + (gl_FragCoord.xy - screen / 2.0) / zoom - covers.xy) * step;
     if (any(lessThan(p, vec2(0))) || any(greaterThanEqual(p, vec2(size)))) {
         colour = vec4(0.055, 0.062, 0.075, 1.0);
         return;
     }
     // Zoomed out, a screen pixel shows the mean over what it covers.
-    int n = clamp(int(ceil(1.0 / zoom)), 1, 5);
+    vec2 wide = step / zoom;
+    ivec2 n = clamp(ivec2(ceil(wide - 0.01)), ivec2(1), ivec2(8));
+    vec2 spread = wide * vec2(greaterThan(n, ivec2(1)));
     float light = 0.0;
-    for (int j = 0; j < n; ++j)
-        for (int i = 0; i < n; ++i) {
-            vec2 q = p + ((vec2(i, j) + 0.5) / float(n) - 0.5) / zoom * float(n > 1);
-            vec2 v = texelFetch(data, texel(clamp(q, vec2(0), vec2(size) - 0.5), size), 0).rg;
-            light += mode == 3 ? v.r : dot(v, v);
+    for (int j = 0; j < n.y; ++j)
+        for (int i = 0; i < n.x; ++i) {
+            vec2 q = p + ((vec2(i, j) + 0.5) / vec2(n) - 0.5) * spread;
+            vec2 v = texelFetch(data, ivec2(clamp(q, vec2(0), vec2(size) - 0.5)), 0).rg;
+            light += kind == 0 ? dot(v, v) : v.r;
         }
-    light /= float(n * n);
-    vec2 here = texelFetch(data, texel(p, size), 0).rg;
+    light /= float(n.x * n.y);
     vec3 shown;
-    if (mode == 3) {
+    if (kind == 3) {
         shown = vec3(light);
+    } else if (kind == 2) {
+        shown = tinted(clamp(0.5 + 0.5 * light / white, 0, 1));
     } else if (mode == 1) {
         shown = tinted(clamp(1.0 + log(max(light / white, 1e-30)) / log(10.0) / DECADES, 0, 1));
     } else {
         float level = clamp(pow(light / white, 1.0 / gamma), 0, 1);
-        shown = tinted(level);
-        if (mode == 2) {
+        if (mode == 2 && kind == 0) {
+            vec2 here = texelFetch(data, ivec2(p), 0).rg;
             float turn = dot(here, here) > 0.0 ? atan(here.y, here.x) / 6.283185307179586 : 0.0;
             vec3 hue = turn - vec3(0.0, 1.0, -1.0) / 3.0;
             shown = clamp(2.0 - abs(6.0 * (hue - round(hue))), 0.0, 1.0) * sqrt(level);
+        } else {
+            shown = tinted(level);
         }
     }
     if (masked == 1) {
-        float passed = texelFetch(mask, texel(p, size), 0).r;
+        float passed = texture(mask, p / vec2(size)).r;
         shown = mix(vec3(0.30, 0.04, 0.06) + 0.35 * shown, shown, passed);
     }
     colour = vec4(shown, 1.0);
@@ -80,15 +83,16 @@ class Canvas:
     """One picture and the framebuffer it is drawn to, redrawn only when something changed.
 
     context : the window's moderngl context, current in this thread
-    kind : "complex" (h, w) complex64, or "grey" (h, w) uint8
+    kind : one of KINDS
     """
 
-    def __init__(self, context: moderngl.Context, kind: str, shifted: bool = False) -> None:
+    def __init__(self, context: moderngl.Context, kind: str) -> None:
         self.context = context
         self.kind = kind
-        self.shifted = shifted
         self._programs: dict[tuple[int, ...], tuple[Any, Any]] = {}
+        self._tables: dict[str, Any] = {}
         self._data: moderngl.Texture | None = None
+        self._covers: Rectangle = (0.0, 0.0, 1.0, 1.0)
         self._mask = context.texture((1, 1), 1, b"\xff", alignment=1)
         self._masked = False
         self._target: Any = None
@@ -97,25 +101,31 @@ class Canvas:
         self._drawn: Any = None
         self._version = 0
 
-    def upload(self, values: NDArray[Any], key: Any) -> bool:
-        """Make (h, w) values the picture, unless `key` says they are already."""
-        if key == self._key:
+    def upload(self, values: NDArray[Any], key: Any, covers: Rectangle | None = None) -> bool:
+        """Make (h, w) values the picture, unless `key` says they are already.
+
+        covers : (left, top, width, height) of the picture's pixels that the values stand for,
+            default one each
+        """
+        if key == self._key and self._data is not None:
             return False
         self._key = key
         self._version += 1
         height, width = values.shape
-        parts, dtype = (1, "f1") if self.kind == "grey" else (2, "f4")
+        self._covers = (0.0, 0.0, float(width), float(height)) if covers is None else covers
+        parts = 2 if self.kind == "complex" else 1
+        dtype, wanted = ("f1", np.uint8) if self.kind == "grey" else ("f4", np.float32)
         if self._data is None or self._data.size != (width, height):
             if self._data is not None:
                 self._data.release()
             self._data = self.context.texture((width, height), parts, dtype=dtype, alignment=1)
             self._data.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        wanted = np.uint8 if self.kind == "grey" else np.complex64
-        self._data.write(np.ascontiguousarray(values, dtype=wanted))
+        numbers = np.complex64 if parts == 2 else wanted
+        self._data.write(np.ascontiguousarray(values, dtype=numbers))
         return True
 
     def upload_mask(self, passed: NDArray[np.float32]) -> None:
-        """What passes (1) and what is blocked (0), on the picture's samples."""
+        """What passes (1) and what is blocked (0), on samples that cover what the picture does."""
         height, width = passed.shape
         if self._mask.size != (width, height):
             self._mask.release()
@@ -125,21 +135,30 @@ class Canvas:
         self._masked = True
         self._version += 1
 
+    @property
+    def filled(self) -> bool:
+        """Whether there is anything to draw."""
+        return self._data is not None
+
     def _compiled(self, look: Look) -> tuple[Any, Any]:
         """The program for a look: choices are constants, which a software renderer is glad of."""
-        key = (
-            3 if self.kind == "grey" else MODES.index(look.mode),
-            TINTS.index(look.tint),
-            int(self.shifted),
-            int(self._masked),
-        )
+        key = (KINDS.index(self.kind), MODES.index(look.mode), int(self._masked))
         if key not in self._programs:
-            names = ("mode", "tint", "shifted", "masked")
+            names = ("kind", "mode", "masked")
             head = [f"const int {n} = {v};" for n, v in zip(names, key, strict=True)]
-            source = "\n".join(["#version 330", f"#define DECADES {DECADES}", *head, _FRAGMENT])
+            head += [f"#define DECADES {DECADES}", f"#define ENTRIES {ENTRIES}"]
+            source = "\n".join(["#version 330", *head, _FRAGMENT])
             program = self.context.program(vertex_shader=_VERTEX, fragment_shader=source)
             self._programs[key] = (program, self.context.vertex_array(program, []))
         return self._programs[key]
+
+    def _table(self, look: Look) -> Any:
+        name = DIVERGING if self.kind == "signed" else look.colours
+        if name not in self._tables:
+            made = self.context.texture((ENTRIES, 1), 3, colour_table(name).tobytes(), dtype="f4")
+            made.repeat_x = made.repeat_y = False
+            self._tables[name] = made
+        return self._tables[name]
 
     def draw(self, size: tuple[int, int], view: View, look: Look, white: float) -> int:
         """Draw to a texture of `size` (width, height) screen pixels, row 0 on top; its GL name."""
@@ -159,11 +178,13 @@ class Canvas:
             values = {
                 "data": 0,
                 "mask": 1,
+                "table": 2,
                 "white": max(white * 2.0**-look.stops, 1e-30),
                 "gamma": look.gamma,
                 "zoom": view.scale * size[0] / view.screen_width,
                 "centre": (view.x, view.y),
                 "screen": size,
+                "covers": self._covers,
             }
             for name, value in values.items():
                 if name in program:  # those that a mode has no use for are compiled away
@@ -174,6 +195,7 @@ class Canvas:
             self.context.scissor = None
             self._data.use(0)
             self._mask.use(1)
+            self._table(look).use(2)
             triangle.render(moderngl.TRIANGLES, vertices=3)
         texture: moderngl.Texture = self._target.color_attachments[0]
         return texture.glo

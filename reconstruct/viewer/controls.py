@@ -1,82 +1,76 @@
-"""The viewer's controls: they read and set the model, and say what happened."""
+"""The viewer's controls: they read and set the session, and compute nothing."""
 
-import time
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from imgui_bundle import imgui
 
-from reconstruct.viewer.model import ViewerModel
-from reconstruct.viewer.shade import MODES, TINTS
+from reconstruct.viewer import plots
+from reconstruct.viewer.compare import MODES as COMPARISONS
+from reconstruct.viewer.session import SAVES, Session
+from reconstruct.viewer.shade import COLOURS, MODES
+from reconstruct.viewer.state import RATES
+from reconstruct.viewer.widgets import button, em, fits, heading, label, rows, slider, tip
 
 ImVec2 = imgui.ImVec2
-FILL = -1.0
-"""Item width: what is left of the line."""
 FILTER_EDGE = 12e-3
 """Largest aperture that the slider offers, metres."""
 
 
-@dataclass
-class ControlState:
-    """What belongs to the controls and not to the model."""
-
-    playing: bool = False
-    rate: float = 8.0
-    message: str = ""
-    message_until: float = 0.0
-    folder: Path = field(default_factory=Path.cwd)
-    figures: dict[str, float] = field(default_factory=dict)
-    spent: dict[str, float] = field(default_factory=dict)
-
-    def say(self, message: str) -> None:
-        """Show a message for a few seconds."""
-        self.message, self.message_until = message, time.monotonic() + 4.0
-
-
-def heading(text: str, font: Any) -> None:
-    """A section's title."""
-    imgui.dummy(ImVec2(0, 3))
-    if font is not None:
-        imgui.push_font(font, 0.0)
-    imgui.text(text)
-    if font is not None:
-        imgui.pop_font()
-    imgui.separator()
+def files(session: Session) -> None:
+    """Open, save, help: always in the same place."""
+    if button("Open", 4.6):
+        session.ask_to_open()
+    tip("Ctrl+O, or drop a folder or picture on the window")
+    imgui.same_line()
+    if button("Save", 4.6):
+        imgui.open_popup("save")
+    tip("S saves the picture, E intensities, G a figure")
+    if imgui.begin_popup("save"):
+        for words, ending, kind in SAVES:
+            if imgui.selectable(words, False)[0]:
+                session.save(ending, kind)
+        imgui.end_popup()
+    imgui.same_line()
+    if button("Undo", 4.6):
+        session.undo()
+    tip("Ctrl+Z; Ctrl+Y goes forward")
+    imgui.same_line()
+    if button("Help", 4.6):
+        session.toggle_help()
+    tip("H")
 
 
-def label(text: str) -> None:
-    """A name before an item, on a column of its own."""
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled(text)
-    imgui.same_line(84 * imgui.get_font_size() / 15)
-    imgui.set_next_item_width(FILL)
-
-
-def frames(model: ViewerModel, state: ControlState, font: Any) -> None:
-    """Scrubber, play, follow."""
+def frames(session: Session, font: Any) -> None:
+    """Scrubber, play, rate, follow."""
+    model = session.model
     heading("Frame", font)
-    last = len(model.numbers) - 1
-    if imgui.button("Pause" if state.playing else "Play", ImVec2(70, 0)):
-        state.playing = not state.playing
+    if button("Pause##play" if model.playing else "Play##play", 4.6):
+        session.play()
     tip("Space")
     imgui.same_line()
-    if imgui.button("<"):
+    if button("<", 1.8):
         model.step(-1)
     tip("Left arrow")
     imgui.same_line()
-    if imgui.button(">"):
+    if button(">", 1.8):
         model.step(1)
     tip("Right arrow")
     imgui.same_line()
-    imgui.set_next_item_width(FILL)
-    changed, index = imgui.slider_int(
-        "##frame", model.index, 0, max(last, 1), f"{model.number} of {model.numbers[-1]}"
-    )
+    imgui.align_text_to_frame_padding()
+    imgui.text(f"{model.number}")
+    imgui.same_line()
+    rate = f", {model.shown_rate:.1f} a second" if model.playing else ""
+    imgui.text_disabled(f"of {model.numbers[0]} to {model.numbers[-1]}{rate}")
+    imgui.set_next_item_width(-1.0)
+    last = max(len(model.numbers) - 1, 1)
+    changed, index = imgui.slider_int("##frame", model.index, 0, last, "")
     if changed:
         model.index = index
-    names = ["no object", *dict.fromkeys(t.name for t in model.things())]
+    changed, rate_ = slider("rate", model.rate, *RATES, "%.1f /s", logarithmic=True)
+    if changed:
+        model.rate = float(np.clip(rate_, *RATES))
+    names = ["no object", *dict.fromkeys(t.name for t in model.objects())]
     label("follow")
     current = model.follow or names[0]
     if imgui.begin_combo("##follow", current):
@@ -87,71 +81,59 @@ def frames(model: ViewerModel, state: ControlState, font: Any) -> None:
         imgui.end_combo()
 
 
-def depth(model: ViewerModel, state: ControlState, font: Any) -> None:
-    """Depth slider, steps, objects, focus curve."""
+def depth(session: Session, font: Any) -> None:
+    """Depth slider, steps, objects, focus curves."""
+    model = session.model
     heading("Depth", font)
     low, high = model.depth_range
-    imgui.set_next_item_width(FILL)
-    changed, value = imgui.slider_float(
-        "##depth", model.depth * 1e3, low * 1e3, high * 1e3, "%.2f mm"
+    changed, value = slider(
+        "depth", model.depth * 1e3, low * 1e3, high * 1e3, "%.2f mm", labelled=False
     )
     if changed:
         model.depth = value * 1e-3
         model.follow = None
     for step in (-1.0, -0.1, 0.1, 1.0):
-        if imgui.button(f"{step:+.1f}", ImVec2(58, 0)):
-            model.depth += step * 1e-3
-            model.follow = None
+        if button(f"{step:+.1f}", 3.7):
+            session.go_deeper(step * 1e-3)
         imgui.same_line()
     imgui.align_text_to_frame_padding()
     imgui.text_disabled("mm")
-    for thing in model.things():
-        if imgui.button(f"{thing.name}  {thing.depth * 1e3:.2f}"):
-            model.depth = thing.depth
+    for i, target in enumerate(model.objects()[:6]):
+        at = float(target.position[2])
+        words = f"{target.name}  {at * 1e3:.2f}"
+        if i and fits(words):
+            imgui.same_line()
+        if button(words):
+            model.follow = None
+            model.depth = at
         tip("Where the scene says it is")
-        imgui.same_line()
-    imgui.new_line()
-    focus_curve(model)
+    plots.focus_curves(session)
 
 
-def focus_curve(model: ViewerModel) -> None:
-    """Sharpness over depth where the picture was clicked last."""
-    focus = model.last_focus
-    width, height = imgui.get_content_region_avail().x, 84 * imgui.get_font_size() / 15
-    place = imgui.get_cursor_screen_pos()
-    imgui.dummy(ImVec2(width, height))
-    drawn = imgui.get_window_draw_list()
-    corner = ImVec2(place.x + width, place.y + height)
-    drawn.add_rect_filled(place, corner, imgui.get_color_u32(imgui.Col_.frame_bg), 5)
-    dim = imgui.get_color_u32(imgui.Col_.text_disabled)
-    if focus is None:
-        words = "click on the reconstruction to focus there"
-        drawn.add_text(ImVec2(place.x + 10, place.y + height / 2 - 8), dim, words)
+def compared(session: Session, font: Any) -> None:
+    """How two videos are shown, and what sets them apart."""
+    model = session.model
+    if not model.comparing:
         return
-    low, high = model.depth_range
-    curve = focus.curve / max(float(focus.curve.max()), 1e-30)
-
-    def at(z: float, level: float) -> Any:
-        x = place.x + 8 + (z - low) / (high - low) * (width - 16)
-        return ImVec2(x, place.y + height - 8 - level * (height - 34))
-
-    line = imgui.get_color_u32(imgui.Col_.plot_lines)
-    points = [at(float(z), float(v)) for z, v in zip(focus.depths, curve, strict=True)]
-    drawn.add_polyline(points, line, 1.6, 0)
-    here = at(model.depth, 0).x
-    drawn.add_line(ImVec2(here, place.y + 24), ImVec2(here, place.y + height - 4), dim)
-    words = "nothing comes into focus there"
-    if focus.focused:
-        extent = (focus.rear - focus.front) * 1e3
-        words = f"in focus at {focus.depth * 1e3:.2f} mm, {extent:.2f} mm deep"
-    drawn.add_text(ImVec2(place.x + 10, place.y + 6), imgui.get_color_u32(imgui.Col_.text), words)
+    heading("Compare", font)
+    label("show")
+    changed, at = imgui.combo("##compare", COMPARISONS.index(model.mode), list(COMPARISONS))
+    if changed:
+        model.mode = COMPARISONS[at]
+    held = model.comparison
+    if held is None or held.request.number != model.number:
+        imgui.text_disabled("PSNR, SSIM: not yet")
+        return
+    ssim = f"{held.ssim:.4f}" if held.ssim is not None else "when it rests"
+    rows("compared", [("PSNR", f"{held.psnr:.2f} dB"), ("SSIM", ssim),
+                      ("B is shown times", f"{held.factor:.3g}")])  # fmt: skip
 
 
-def fourier_filter(model: ViewerModel, font: Any) -> None:
+def fourier_filter(session: Session) -> None:
     """Half plane, zero order, aperture."""
-    heading("Fourier filter", font)
+    model = session.model
     chosen = model.filter
-    automatic = model.system.coding.carrier > 0
+    automatic = model.carries
     half = automatic if chosen.half_plane is None else chosen.half_plane
     changed, half = imgui.checkbox("single sideband, f_y > 0 only", half)
     if changed:
@@ -161,13 +143,9 @@ def fourier_filter(model: ViewerModel, font: Any) -> None:
     if changed:
         model.change_filter(dc_block=10e-6 if on else None)
     if block is not None:
-        imgui.same_line()
-        imgui.set_next_item_width(FILL)
-        changed, value = imgui.slider_float(
-            "##dc", block * 1e6, 0.0, 500.0, "%.0f µm", int(imgui.SliderFlags_.logarithmic)
-        )
+        changed, value = slider("radius", block * 1e6, 0.0, 500.0, "%.0f µm", logarithmic=True)
         if changed:
-            model.change_filter(dc_block=value * 1e-6)
+            model.change_filter(dc_block=max(value, 0.0) * 1e-6)
     shapes = ("none", "round", "square")
     opening = chosen.aperture
     current = 0 if opening is None else 1 if np.ndim(opening) == 0 else 2
@@ -177,37 +155,34 @@ def fourier_filter(model: ViewerModel, font: Any) -> None:
     if changed:
         model.change_filter(aperture=(None, size, (size, size))[picked])
     if opening is not None:
-        label("opening")
-        changed, value = imgui.slider_float(
-            "##opening", size * 1e3, 0.2, FILTER_EDGE * 1e3, "%.2f mm"
-        )
-        if changed:
+        changed, value = slider("opening", size * 1e3, 0.2, FILTER_EDGE * 1e3, "%.2f mm")
+        if changed and value > 0:
             side = value * 1e-3
             model.change_filter(aperture=side if current == 1 else (side, side))
 
 
-def look(model: ViewerModel, font: Any) -> None:
-    """Mode, tint, gamma, exposure."""
-    heading("Picture", font)
-    shown = model.look
+def look(session: Session) -> None:
+    """Mode, colours, gamma, exposure."""
+    shown = session.model.look
     for mode in MODES:
         if imgui.radio_button(mode, shown.mode == mode):
             shown.mode = mode
         imgui.same_line()
     imgui.new_line()
     label("colours")
-    _, tint = imgui.combo("##tint", TINTS.index(shown.tint), list(TINTS))
-    shown.tint = TINTS[tint]
-    label("exposure")
-    _, shown.stops = imgui.slider_float("##stops", shown.stops, -5, 7, "%+.1f stops")
-    if shown.mode != "log":
-        label("gamma")
-        _, shown.gamma = imgui.slider_float("##gamma", shown.gamma, 0.5, 4, "%.2f")
+    _, at = imgui.combo("##colours", COLOURS.index(shown.colours), list(COLOURS))
+    shown.colours = COLOURS[at]
+    _, stops = slider("exposure", shown.stops, -5, 7, "%+.1f EV")
+    shown.stops = float(np.clip(stops, -20, 20))
+    tip("in powers of two against the automatic one")
+    _, gamma = slider("gamma", shown.gamma, 0.5, 4, "%.2f")
+    shown.gamma = float(np.clip(gamma, 0.1, 10))
 
 
-def figures(state: ControlState, font: Any) -> None:
-    """What was measured."""
-    heading("Measured", font)
+def figures(session: Session) -> None:
+    """What was measured of the sharp picture."""
+    model = session.model
+    held = model.figures
     words = {
         "sharpness": ("sharpness", "{:.1f}"),
         "contrast": ("contrast", "{:.3f}"),
@@ -215,40 +190,31 @@ def figures(state: ControlState, font: Any) -> None:
         "efficiency": ("light in the image", "{:.2%}"),
         "blocked": ("light on the filter", "{:.1%}"),
     }
-    rows = [(n, f.format(state.figures[k])) for k, (n, f) in words.items() if k in state.figures]
-    rows += [(n, f"{1e3 * s:.0f} ms") for n, s in state.spent.items()]
-    if imgui.begin_table("figures", 2):
-        for name, value in rows:
-            imgui.table_next_column()
-            imgui.text_disabled(name)
-            imgui.table_next_column()
-            imgui.text(value)
-        imgui.end_table()
+    fresh = held is not None and held.request.subject == model.request.subject
+    values = held.values[min(model.active, len(held.values) - 1)] if held and fresh else {}
+    told = [(n, f.format(values[k]) if k in values else "…") for k, (n, f) in words.items()]
+    if model.quick is not None:
+        told.append(("first picture", f"{1e3 * model.quick.seconds:.0f} ms"))
+    if model.sharp is not None:
+        told.append(("sharp picture", f"{1e3 * model.sharp.seconds:.0f} ms"))
+    rows("figures", told)
 
 
-def saving(model: ViewerModel, state: ControlState) -> None:
-    """Save buttons."""
-    imgui.dummy(ImVec2(0, 2))
-    half = (imgui.get_content_region_avail().x - 8) / 2
-    for suffix, words in ((".png", "Save picture"), (".exr", "Save intensities")):
-        if imgui.button(words, ImVec2(half, 0)):
-            save(model, state, suffix)
-        if suffix == ".png":
-            tip("S")
-            imgui.same_line()
-
-
-def save(model: ViewerModel, state: ControlState, suffix: str) -> None:
-    """Write the picture into the working folder and say so."""
-    path = state.folder / (model.suggested_name() + suffix)
-    try:
-        model.save(path)
-        state.say(f"saved {path}")
-    except OSError as error:
-        state.say(str(error))
-
-
-def tip(words: str) -> None:
-    """Shown when the mouse rests on the last item."""
-    if imgui.is_item_hovered(int(imgui.HoveredFlags_.delay_normal)):
-        imgui.set_tooltip(words)
+def tabs(session: Session) -> None:
+    """Picture, filter, measured and marks, one at a time: all fits without scrolling."""
+    imgui.dummy(ImVec2(0, 0.2 * em()))
+    if not imgui.begin_tab_bar("tabs"):
+        return
+    for name, show in (
+        ("Picture", look),
+        ("Filter", fourier_filter),
+        ("Measured", figures),
+        ("Marks", plots.marks),
+    ):
+        chosen = name == "Marks" and session.show_marks
+        flags = imgui.TabItemFlags_.set_selected if chosen else imgui.TabItemFlags_.none
+        if imgui.begin_tab_item(name, None, int(flags))[0]:
+            show(session)
+            imgui.end_tab_item()
+    session.show_marks = False
+    imgui.end_tab_bar()

@@ -1,328 +1,292 @@
-"""The viewer's model: a video, a frame, a depth, a filter, and the pictures that follow.
+"""The viewer's model: what is looked at, and the pictures that follow. No GUI, nothing waits.
 
-No GUI here. Pictures are made when asked for and kept until what they depend on changes:
-grey levels → Fourier plane → field (filter) → spectrum → coarse or full picture (depth).
+The state (frame, depth, filter, look, zoom) is changed at will; `update` hands what is to be
+computed to worker threads and takes what they have finished:
+
+quick   the picture at the screen's resolution, for every change; the newest request wins
+slow    the sharp picture and its figures once the state rests, or an autofocus; left on a change
+errands focus curves of all objects, files to save: not disturbed by looking around
 """
 
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any, NamedTuple
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
-import numpy as np
-import scipy.fft
-from numpy.typing import NDArray
-
-from chrmc.optics.propagation import Patch, transfer_function
-from chrmc.response import GreyResponse
 from chrmc.store import Video
-from chrmc.threads import workers
-from reconstruct import metrics
-from reconstruct.bench import Bench, Filter
-from reconstruct.focus import Focus, find_focus
-from reconstruct.focus_metrics import normalised_variance
-from reconstruct.four_f_system import FourF, intensity
-from reconstruct.images import exposure, write_colour, write_image
-from reconstruct.stack import focal_stack
-from reconstruct.verdict import Target
-from reconstruct.viewer.shade import Look, shade
+from reconstruct.viewer.compare import Comparison, compare
+from reconstruct.viewer.focusing import Curve, Found, curves_of_objects, focus_around
+from reconstruct.viewer.pipeline import (
+    Decoded,
+    Figures,
+    Picture,
+    Pipeline,
+    Quick,
+    Request,
+    Sharp,
+    quick,
+    sharpen,
+)
+from reconstruct.viewer.state import ViewerState
+from reconstruct.viewer.worker import Failed, Progress, Said, Steps, Worker
 
-MARGIN = 8e-3
-"""Metres that the depth slider reaches before the nearest and behind the farthest object."""
-REGION = 0.45e-3
-"""Half the side of the region that a click focuses on, metres."""
-
-
-class Picture(NamedTuple):
-    """field : (H, W) complex64 at `depth`; white : intensity to show as white; coarse : made
-    without padding, so that what leaves the panel on one side comes in on the other."""
-
-    field: NDArray[np.complex64]
-    depth: float
-    white: float
-    coarse: bool
+REST = 0.15
+"""Seconds without a change after which the sharp picture is made."""
 
 
-@dataclass(frozen=True)
-class Thing:
-    """An object of the frame: its name, and where the scene says it is."""
+class ViewerModel(ViewerState):
+    """A viewer's state, and what is computed for it.
 
-    name: str
-    target: Target
+    wake : called from worker threads when `update` has something to take
 
-    @property
-    def depth(self) -> float:
-        """metres"""
-        return float(self.target.position[2])
-
-
-class ViewerModel:
-    """State of one viewer.
-
-    video : the stored video
-    filter : what stands in the Fourier plane; assign another to change it
-    look : how pictures become colours
-    follow : name of the object whose depth every frame is shown at, or None
+    found : the last focus that was asked for in this frame; curves : of this frame's objects
+    progress : of an autofocus or an errand, while there is one
     """
 
-    def __init__(self, video: Video) -> None:
-        if not video.frames:
-            raise ValueError(f"{video.folder} has no frames yet: run `chrmc generate` first")
-        self.video = video
-        self.numbers = video.numbers
-        self.look = Look()
-        self.follow: str | None = None
-        self.last_focus: Focus | None = None
-        self._filter = Filter()
-        self._system = self._make_system()
-        self._index = 0
-        self._cache: dict[str, tuple[Any, Any]] = {}
-        self.depth_range = self._find_range()
-        things = self.things()
-        first = things[0].depth if things else sum(self.depth_range) / 2
-        self._depth = float(first)
+    def __init__(
+        self, videos: Video | Sequence[Video], wake: Callable[[], None] = lambda: None
+    ) -> None:
+        super().__init__(videos)
+        self.found: Found | None = None
+        self.curves: dict[str, Curve] = {}
+        self.progress: Progress | None = None
+        self.quick: Quick | None = None
+        self.sharp: Sharp | None = None
+        self.figures: Figures | None = None
+        self.comparison: Comparison | None = None
+        self._messages: deque[str] = deque()
+        self._pipelines = [Pipeline(v, self.depth_range[1]) for v in self.videos]
+        self._workers = {n: Worker(n, wake) for n in ("quick", "slow", "errands")}
+        self._asked: Request | None = None
+        self._sharpened: Request | None = None
+        self._focusing = False
+        self._changed_at = time.monotonic()
+        self._next_flip = 0.0
+        self._flips: deque[float] = deque(maxlen=12)
 
-    # --- what can be changed ---
+    def close(self) -> None:
+        """End the workers."""
+        for worker in self._workers.values():
+            worker.leave()
+        for worker in self._workers.values():
+            worker.close(0.5)
 
-    @property
-    def number(self) -> int:
-        """The frame shown."""
-        return self.numbers[self._index]
-
-    @number.setter
-    def number(self, number: int) -> None:
-        if number not in self.numbers:
-            self.video.entry(number)  # says which there are
-        self._index = self.numbers.index(number)
-        self._follow()
-
-    @property
-    def index(self) -> int:
-        """Place of the frame in `numbers`."""
-        return self._index
-
-    @index.setter
-    def index(self, index: int) -> None:
-        self._index = int(np.clip(index, 0, len(self.numbers) - 1))
-        self._follow()
-
-    def step(self, count: int = 1) -> None:
-        """So many frames on, round and round."""
-        self._index = (self._index + count) % len(self.numbers)
-        self._follow()
+    # --- the work, done elsewhere ---
 
     @property
-    def depth(self) -> float:
-        """The depth shown, metres; kept within `depth_range`."""
-        return self._depth
+    def request(self) -> Request:
+        """What is to be seen now."""
+        return Request(self.number, self._depth, self._filter, self.screen, self.sight)
 
-    @depth.setter
-    def depth(self, depth: float) -> None:
-        self._depth = float(np.clip(depth, *self.depth_range))
+    def update(self) -> bool:
+        """Ask for what is missing, take what is there; whether anything new came."""
+        self._flip()
+        fresh = self._take()
+        wanted = self.request
+        if wanted != self._asked:
+            if self.found is not None and self.found.number != wanted.number:
+                self.found = None  # what was focused on belongs to its frame
+            if any(c.number != wanted.number for c in self.curves.values()):
+                self.curves = {}
+            if self._asked is None or wanted.subject != self._asked.subject:
+                self._changed_at = time.monotonic()
+                if self._focusing:
+                    self._focusing, self.progress = False, None
+                self._workers["slow"].leave()
+                self._sharpened = None
+            self._asked = wanted
+            for pipeline in self._pipelines:
+                pipeline.farthest = self.depth_range[1]
+            self._workers["quick"].ask(lambda: self._first(wanted))
+        rested = time.monotonic() - self._changed_at >= REST
+        if rested and not self.playing:
+            self._history.note(self.snapshot())
+        if rested and not self._focusing and self._sharpened is None:
+            decoded = self._decoded()
+            if decoded is not None:
+                self._sharpened = wanted
+                self._workers["slow"].ask(lambda: self._then(decoded, wanted))
+        return fresh
+
+    def _first(self, wanted: Request) -> Iterator[Any]:
+        for answer in quick(self._pipelines, wanted):
+            yield answer
+            if self.comparing:
+                yield compare(wanted, answer.pictures, with_ssim=False)
+
+    def _then(self, decoded: Sequence[Decoded | None], wanted: Request) -> Iterator[Any]:
+        for answer in sharpen(decoded, wanted):
+            yield answer
+            if isinstance(answer, Sharp) and self.comparing:
+                yield compare(wanted, answer.pictures, with_ssim=False)
+                yield compare(wanted, answer.pictures, with_ssim=True)
+
+    def _decoded(self) -> tuple[Decoded | None, ...] | None:
+        """The wanted frame's fields, once the quick worker has them."""
+        ready = self.quick is not None and self.quick.request.subject == self.request.subject
+        return self.quick.decoded if ready and self.quick is not None else None
+
+    def _take(self) -> bool:
+        fresh = False
+        for name, worker in self._workers.items():
+            for result in worker.take():
+                fresh = True
+                self._accept(name, result)
+        return fresh
+
+    def _accept(self, worker: str, result: Any) -> None:
+        if isinstance(result, Quick):
+            if self.quick is None or result.request.number != self.quick.request.number:
+                self._flips.append(time.monotonic())
+            self.quick = result
+        elif isinstance(result, Sharp):
+            self.sharp = result
+        elif isinstance(result, Figures):
+            self.figures = result
+        elif isinstance(result, Comparison):
+            self.comparison = result
+        elif isinstance(result, Progress):
+            if worker == "errands" or self._focusing:
+                self.progress = result
+        elif isinstance(result, Curve):
+            if result.number == self.number:
+                self.curves[result.name] = result
+        elif isinstance(result, Found):
+            self._accept_focus(result)
+        elif isinstance(result, Said):
+            self._messages.append(result.text)
+        elif isinstance(result, Failed):
+            self._messages.append(result.message)
+            self._focusing = False
+        busy = self._focusing or self._workers["errands"].busy
+        if self.progress is not None and not busy:
+            self.progress = None
+
+    def _accept_focus(self, result: Found) -> None:
+        if not self._focusing or result.number != self.number:
+            return
+        self._focusing, self.progress = False, None
+        self.found = result
+        if result.focus.focused:
+            self.follow = None
+            self.depth = result.focus.depth
+            self._messages.append(f"focused at {self.depth * 1e3:.2f} mm")
+        else:
+            self._messages.append("nothing comes into focus there")
+
+    def focus_at(self, row: int, column: int, video: int = 0) -> None:
+        """Find the focus around a pixel; `found` and the depth follow when it is done."""
+        decoded = self._decoded()
+        one = decoded[video] if decoded is not None else None
+        if one is None:
+            return
+        depths = self.depth_range
+        self._focusing, self._sharpened = True, None
+        self._workers["slow"].ask(lambda: focus_around(one, (row, column), depths))
+
+    def find_curves(self) -> None:
+        """Find the focus curves of the frame's objects; `curves` fills when they are done."""
+        decoded = self._decoded()
+        one = decoded[self.active] if decoded is not None else None
+        if one is not None:
+            depths = self.depth_range
+            self.run_errand(lambda: curves_of_objects(one, depths))
+
+    def run_errand(self, job: Steps) -> bool:
+        """Do a long job beside all else; False, with a message, while another is under way."""
+        if self._workers["errands"].busy:
+            self._messages.append("one thing after the other: wait, or stop it")
+            return False
+        self._workers["errands"].ask(job)
+        return True
+
+    def stop(self) -> None:
+        """Stop an autofocus or an errand."""
+        self._workers["errands"].leave()
+        if self._focusing:
+            self._workers["slow"].leave()
+        self._focusing, self.progress = False, None
+
+    # --- playing ---
+
+    def _flip(self) -> None:
+        """The next frame when it is time and the last one was seen."""
+        now = time.monotonic()
+        seen = self.quick is not None and self.quick.request.number == self.number
+        if not (self.playing and seen and now >= self._next_flip):
+            return
+        self._next_flip = max(self._next_flip, now - 1 / self.rate) + 1 / self.rate
+        self.step(1)
 
     @property
-    def filter(self) -> Filter:
-        """What stands in the Fourier plane."""
-        return self._filter
+    def seconds_to_flip(self) -> float:
+        """Until the next frame is due."""
+        return max(self._next_flip - time.monotonic(), 0.0)
 
-    @filter.setter
-    def filter(self, chosen: Filter) -> None:
-        self._filter = chosen
-        self._system = self._make_system()
-
-    def change_filter(self, **changes: Any) -> None:
-        """Change single parts of the filter."""
-        self.filter = replace(self._filter, **changes)
-
-    def _make_system(self) -> FourF:
-        v = self.video
-        return FourF(
-            v.slm,
-            v.wavelength,
-            v.encoding,
-            Bench(filter=self._filter),
-            GreyResponse.from_dict(v.response),
-            v.scale,
-        )
-
-    def _follow(self) -> None:
-        for thing in self.things():
-            if thing.name == self.follow:
-                self.depth = thing.depth
-
-    def _find_range(self) -> tuple[float, float]:
-        depths = [
-            corner[2]
-            for frame in self.video.frames
-            for o in frame.get("objects", [])
-            if o.get("position") is not None
-            for corner in (o.get("box") or [o["position"]])
-        ]
-        if not depths:
-            return 0.05, 0.5
-        low, high = min(depths) - MARGIN, max(depths) + MARGIN
-        return max(low, 0.2 * min(depths)), high
+    @property
+    def shown_rate(self) -> float:
+        """Frames a second over the last dozen."""
+        if len(self._flips) < 2 or time.monotonic() - self._flips[-1] > 3:
+            return 0.0
+        return (len(self._flips) - 1) / max(self._flips[-1] - self._flips[0], 1e-9)
 
     # --- what is there to see ---
 
-    @property
-    def system(self) -> FourF:
-        """The 4-f system as it stands."""
-        return self._system
+    def picture(self, video: int = 0) -> Picture | None:
+        """The best picture there is: the sharp one where it answers the request."""
+        if self.sharp is not None and self.sharp.request.subject == self.request.subject:
+            return self.sharp.pictures[video]
+        return self.quick.pictures[video] if self.quick is not None else None
 
-    def things(self) -> list[Thing]:
-        """The frame's visible objects."""
-        found = [Target.of_record(o) for o in self.video.entry(self.number)["objects"]]
-        return [Thing(t.name, t) for t in found if t is not None]
+    def fault(self, video: int = 0) -> str:
+        """What is wrong with the frame, one line, or nothing."""
+        return self.quick.faults[video] if self.quick is not None else ""
 
-    def _kept(self, name: str, key: Any, make: Any) -> Any:
-        """The value of a name, made anew when its key differs from the last."""
-        held = self._cache.get(name)
-        if held is None or held[0] != key:
-            held = (key, make())
-            self._cache[name] = held
-        return held[1]
+    def decoded(self, video: int = 0) -> Decoded | None:
+        """The decoded frame that was seen last."""
+        return self.quick.decoded[video] if self.quick is not None else None
 
     @property
-    def frame_key(self) -> Any:
-        """Changes when the hologram does."""
-        return self.number
+    def busy(self) -> str:
+        """What is under way, in words, or nothing."""
+        if self.progress is not None:
+            return self.progress.what
+        if self._workers["errands"].busy:
+            return "working"
+        if self._workers["slow"].busy:
+            return "autofocus" if self._focusing else "sharp picture"
+        return "picture" if self._workers["quick"].busy else ""
 
     @property
-    def field_key(self) -> Any:
-        """Changes when the decoded field does."""
-        return self.number, id(self._system)
-
-    def hologram(self) -> NDArray[np.uint8]:
-        """(H, W) grey levels."""
-        made: NDArray[np.uint8] = self._kept(
-            "hologram", self.frame_key, lambda: self.video.read(self.number)
-        )
-        return made
-
-    def fourier_plane(self) -> NDArray[np.complex64]:
-        """(H, W) amplitude before the filter, FFT order."""
-        made: NDArray[np.complex64] = self._kept(
-            "fourier", self.frame_key, lambda: self._system.fourier_plane(self.hologram())
-        )
-        return made
-
-    def field(self) -> NDArray[np.complex64]:
-        """(H, W) decoded field at depth 0."""
-        made: NDArray[np.complex64] = self._kept(
-            "field", self.field_key, lambda: self._system.field(self.hologram())
-        )
-        return made
-
-    def picture(self, coarse: bool = False) -> Picture:
-        """The reconstruction at the depth; a coarse one in a third of the time."""
-        key = (self.field_key, self._depth)
-        full = self._cache.get("full")
-        if not coarse or (full is not None and full[0] == key):
-            made: Picture = self._kept("full", key, self._full)
-            return made
-        quick: Picture = self._kept("coarse", key, self._coarse)
-        return quick
-
-    def _full(self) -> Picture:
-        field = self._system.at(self.field(), self._depth)
-        return Picture(field, self._depth, exposure(intensity(field)), False)
-
-    def _coarse(self) -> Picture:
-        slm = self.video.slm
-        spectrum = self._kept(
-            "spectrum",
-            self.field_key,
-            lambda: scipy.fft.fft2(self.field(), workers=workers()),
-        )
-        there = transfer_function(slm.shape, slm.pixel_pitch, self.video.wavelength, -self._depth)
-        there *= spectrum
-        field: NDArray[np.complex64] = scipy.fft.ifft2(there, workers=workers(), overwrite_x=True)
-        light = field[::2, ::2]
-        return Picture(field, self._depth, exposure(intensity(light)), True)
-
-    # --- what can be asked ---
-
-    def position_of(self, row: float, column: float) -> tuple[float, float]:
-        """(x, y) metres of a pixel."""
-        slm = self.video.slm
+    def resting(self) -> bool:
+        """Whether everything that was asked for is there."""
+        wanted = self.request.subject
         return (
-            (column - (slm.width - 1) / 2) * slm.pixel_pitch,
-            (row - (slm.height - 1) / 2) * slm.pixel_pitch,
+            not self.busy
+            and self.figures is not None
+            and self.figures.request.subject == wanted
+            and self._asked == self.request
         )
 
-    def autofocus(self, row: int, column: int) -> Focus:
-        """Focus on what is seen around a pixel: the whole depth range, then finely where it is
-        sharpest. Sets the depth when something comes into focus there."""
-        slm = self.video.slm
-        x, y = self.position_of(row, column)
-        p = slm.pixel_pitch
-        side = max(4, round(2 * self.video.pixel_pitch / p))
-        tiles = max(2, int(np.ceil(2 * REGION / (side * p))))
-        patch = Patch((y, x), (tiles * side, tiles * side), p)
-        low, high = self.depth_range
-        coarse = np.linspace(low, high, int(np.clip((high - low) / 0.25e-3, 21, 160)))
-        field, band = self.field(), self._system.band
-        wide = find_focus(focal_stack(field, slm, self.video.wavelength, coarse, patch, band), side)
-        best = float(coarse[int(np.argmax(wide.curve))])
-        near = np.linspace(max(best - 3e-3, low), min(best + 3e-3, high), 41)
-        found = find_focus(focal_stack(field, slm, self.video.wavelength, near, patch, band), side)
-        # The curve over the whole range is the one worth looking at.
-        found = replace(found, depths=wide.depths, curve=wide.curve)
-        self.last_focus = found
-        if found.focused:
-            self.depth = found.depth
-        return found
+    @property
+    def seconds_to_rest(self) -> float:
+        """Until the sharp picture may be asked for; 0 when it was."""
+        if self._sharpened is not None or self._focusing:
+            return 0.0
+        return max(self._changed_at + REST - time.monotonic(), 0.001)
 
-    def figures(self) -> dict[str, float]:
-        """What the picture at the depth measures, per name.
+    def settle(self, seconds: float = 60.0) -> None:
+        """Update until `resting`: for scripts and tests."""
+        end = time.monotonic() + seconds
+        self.update()
+        while not self.resting:
+            if time.monotonic() > end:
+                raise TimeoutError(f"still busy after {seconds} s: {self.busy or 'nothing'}")
+            time.sleep(0.002)
+            self.update()
 
-        sharpness : normalised variance of the whole picture
-        contrast, speckle : of the object nearest in depth, against the rest of its surroundings
-        efficiency, blocked : shares of the laser's light in the image and on the filter
-        """
-        picture = self.picture()
-        light = intensity(picture.field)
-        values = {"sharpness": normalised_variance(light)}
-        things = self.things()
-        if things:
-            thing = min(things, key=lambda t: abs(t.depth - picture.depth))
-            p, shape = self.video.slm.pixel_pitch, light.shape
-            low, high = (
-                np.rint(c[1::-1] / p + (np.array(shape) - 1) / 2).astype(int)
-                for c in (thing.target.low, thing.target.high)
-            )
-            edge = max(4, round(4 * self.video.pixel_pitch / p))
-            first = np.clip(low - edge, 0, np.array(shape) - 1)
-            last = np.clip(high + edge + 1, 1, np.array(shape))
-            part = light[first[0] : last[0], first[1] : last[1]]
-            lit = np.zeros(part.shape, dtype=bool)
-            inner = np.maximum(low - first, 0)
-            outer = np.maximum(high + 1 - first, 0)
-            lit[inner[0] : outer[0], inner[1] : outer[1]] = True
-            if lit.any() and not lit.all():
-                values["contrast"] = metrics.contrast(part, lit, ~lit)
-                values["speckle"] = metrics.speckle_contrast(part, lit)
-        energy = self._kept("energy", self.field_key, lambda: self._system.energy(self.hologram()))
-        values["efficiency"] = energy.efficiency
-        values["blocked"] = energy.blocked_filter / energy.incident
-        return values
-
-    def colours(self) -> NDArray[np.uint8]:
-        """(H, W, 3) the full picture as the look shows it."""
-        picture = self.picture()
-        return shade(picture.field, picture.white, self.look)
-
-    def save(self, path: str | Path) -> Path:
-        """Write the full picture: .exr intensities, .png as it looks."""
-        path = Path(path)
-        if path.suffix.lower() == ".exr":
-            picture = self.picture()
-            note = {"frame": self.number, "depth": picture.depth}
-            write_image(path, intensity(picture.field), note)
-        else:
-            write_colour(path, self.colours())
-        return path
-
-    def suggested_name(self) -> str:
-        """File name of a saved picture, without suffix."""
-        return f"frame_{self.number:04d}_at_{self.depth * 1e3:.2f}mm"
+    def messages(self) -> list[str]:
+        """What is to be told, once."""
+        told = list(self._messages)
+        self._messages.clear()
+        return told

@@ -1,5 +1,6 @@
-"""A picture in the viewer's window: draws a canvas, passes wheel, drag and click on."""
+"""A picture in the viewer's window: draws canvases, passes wheel, drag and click on."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,25 +20,40 @@ def colour(red: float, green: float, blue: float, alpha: float = 1.0) -> int:
     return int(imgui.get_color_u32(imgui.ImVec4(red, green, blue, alpha)))
 
 
+@dataclass(frozen=True)
+class Layer:
+    """A canvas as a pane draws it; `until`: share of the width it is seen in, from `since`."""
+
+    canvas: Canvas
+    look: Look
+    white: float
+    since: float = 0.0
+    until: float = 1.0
+
+
 @dataclass
 class Pane:
     """One picture's place on the screen.
 
     title : shown in its corner
+    grabbing : dragging with the left button draws a mark instead of moving the picture
     hover : (row, column) under the cursor, or None
     clicked : (row, column) clicked in this frame of the GUI, or None
+    drawn : (start, end) places of a mark that is being dragged, or None
     """
 
     title: str
-    canvas: Canvas
     view: View
+    grabbing: bool = False
     hover: tuple[int, int] | None = None
     clicked: tuple[int, int] | None = None
+    drawn: tuple[tuple[float, float], tuple[float, float]] | None = None
     origin: tuple[float, float] = (0.0, 0.0)
     _dragged: float = field(default=0.0, repr=False)
+    _start: tuple[float, float] = field(default=(0.0, 0.0), repr=False)
 
     def show(
-        self, size: tuple[float, float], look: Look, white: float, density: float, note: str = ""
+        self, size: tuple[float, float], layers: Sequence[Layer], density: float, note: str = ""
     ) -> Any:
         """Draw at the cursor's place. `density` : framebuffer pixels per GUI unit.
 
@@ -47,15 +63,24 @@ class Pane:
         self.view.resize(width, height)
         place = imgui.get_cursor_screen_pos()
         self.origin = (place.x, place.y)
-        imgui.invisible_button(self.title, ImVec2(width, height))
+        flags = imgui.ButtonFlags_.mouse_button_left | imgui.ButtonFlags_.mouse_button_right
+        imgui.invisible_button(self.title, ImVec2(width, height), int(flags))
         self._hands()
         pixels = (round(width * density), round(height * density))
-        name = self.canvas.draw(pixels, self.view, look, white)
         drawn = imgui.get_window_draw_list()
-        corner = ImVec2(place.x + width, place.y + height)
-        drawn.add_image(imgui.ImTextureRef(name), place, corner)
-        drawn.push_clip_rect(place, corner, True)
-        self._label(drawn, place, note)
+        low, high = place, ImVec2(place.x + width, place.y + height)
+        drawn.add_rect_filled(low, high, colour(0.055, 0.062, 0.075))
+        for layer in layers:
+            if not layer.canvas.filled:
+                continue
+            name = layer.canvas.draw(pixels, self.view, layer.look, layer.white)
+            a = ImVec2(place.x + layer.since * width, place.y)
+            b = ImVec2(place.x + layer.until * width, place.y + height)
+            ends = ImVec2(layer.since, 0), ImVec2(layer.until, 1)
+            drawn.add_image(imgui.ImTextureRef(name), a, b, *ends)
+        drawn.push_clip_rect(low, high, True)
+        words = self.title.split("##")[0]
+        self.label(drawn, (8, 8), f"{words}   {note}" if note else words)
         return drawn
 
     def finish(self, drawn: Any) -> None:
@@ -66,12 +91,15 @@ class Pane:
         high = ImVec2(low.x + self.view.screen_width, low.y + self.view.screen_height)
         drawn.add_rect(low, high, frame)
 
-    def _label(self, drawn: Any, place: Any, note: str) -> None:
-        text = f"{self.title}   {note}" if note else self.title
+    def label(self, drawn: Any, at: tuple[float, float], text: str, right: bool = False) -> None:
+        """Words on a dark ground, at a place of the pane; from the right edge when `right`."""
         extent = imgui.calc_text_size(text)
-        low = ImVec2(place.x + 8, place.y + 8)
+        x = self.origin[0] + at[0]
+        if right:
+            x = self.origin[0] + self.view.screen_width - at[0] - extent.x - 16
+        low = ImVec2(x, self.origin[1] + at[1])
         high = ImVec2(low.x + extent.x + 16, low.y + extent.y + 8)
-        drawn.add_rect_filled(low, high, colour(0.05, 0.06, 0.07, 0.72), 5)
+        drawn.add_rect_filled(low, high, colour(0.05, 0.06, 0.07, 0.78), 5)
         drawn.add_text(ImVec2(low.x + 8, low.y + 4), colour(0.88, 0.92, 0.9), text)
 
     def screen_point(self, row: float, column: float) -> Any:
@@ -79,8 +107,15 @@ class Pane:
         x, y = self.view.to_screen(column + 0.5, row + 0.5)
         return ImVec2(self.origin[0] + x, self.origin[1] + y)
 
+    def _place(self) -> tuple[float, float]:
+        """(row, column) under the mouse, pixel middles whole."""
+        io = imgui.get_io()
+        x, y = io.mouse_pos.x - self.origin[0], io.mouse_pos.y - self.origin[1]
+        px, py = self.view.to_picture(x, y)
+        return py - 0.5, px - 0.5
+
     def _hands(self) -> None:
-        self.clicked = None
+        self.clicked = self.drawn = None
         io = imgui.get_io()
         x, y = io.mouse_pos.x - self.origin[0], io.mouse_pos.y - self.origin[1]
         hovered = imgui.is_item_hovered()
@@ -91,11 +126,15 @@ class Pane:
             self.view.fit()
         if imgui.is_item_activated():
             self._dragged = 0.0
+            self._start = self._place()
         # On a slow machine the last move and the release arrive together.
         if imgui.is_item_active() or imgui.is_item_deactivated():
             self._dragged += abs(io.mouse_delta.x) + abs(io.mouse_delta.y)
-            if self._dragged > CLICK_SLACK:
+            left = io.mouse_down[0] or io.mouse_released[0]
+            if self._dragged > CLICK_SLACK and self.grabbing and left:
+                self.drawn = self._start, self._place()
+            elif self._dragged > CLICK_SLACK:
                 self.view.pan(io.mouse_delta.x, io.mouse_delta.y)
                 imgui.set_mouse_cursor(imgui.MouseCursor_.resize_all)
-        if imgui.is_item_deactivated() and self._dragged <= CLICK_SLACK:
-            self.clicked = self.view.pixel_at(x, y)
+            if imgui.is_item_deactivated() and self._dragged <= CLICK_SLACK and left:
+                self.clicked = self.view.pixel_at(x, y)

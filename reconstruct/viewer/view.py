@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+Rectangle = tuple[float, float, float, float]
+"""Left, top, width, height."""
 MIN_ZOOM_SHARE = 0.5  # of the zoom that fits the picture
 MAX_ZOOM = 64.0
 

@@ -1,0 +1,47 @@
+"""Two videos beside each other: what sets their pictures apart."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reconstruct import metrics
+from reconstruct.viewer.pipeline import Picture, Request
+
+MODES = ("side by side", "wipe", "difference", "A", "B")
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """B against A, as intensities.
+
+    factor : what B's intensity is multiplied by, to be nearest to A's in least squares
+    psnr : dB, the peak being A's largest intensity; ssim : None of coarse pictures
+    """
+
+    request: Request
+    a: Picture
+    b: Picture
+    factor: float
+    psnr: float
+    ssim: float | None
+
+    @cached_property
+    def difference(self) -> NDArray[np.float32]:
+        """(h, w) intensity of B, brought to A's brightness, less that of A."""
+        return self.b.light * np.float32(self.factor) - self.a.light
+
+
+def compare(
+    request: Request, pictures: Sequence[Picture | None], with_ssim: bool
+) -> Comparison | None:
+    """The comparison, or None where a picture is missing or they have other samples."""
+    a, b = pictures
+    if a is None or b is None or a.field.shape != b.field.shape:
+        return None
+    factor = metrics.scale_to(b.light, a.light)
+    level = b.light * np.float32(factor)
+    ssim = metrics.ssim(level, a.light) if with_ssim else None
+    return Comparison(request, a, b, factor, metrics.psnr(level, a.light), ssim)

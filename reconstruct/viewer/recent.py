@@ -1,0 +1,34 @@
+"""What was opened lately: a short list in the user's own folder for such things."""
+
+import json
+from pathlib import Path
+
+from chrmc.files import write_json
+
+LENGTH = 10
+
+
+def recent_file() -> Path:
+    """Where the list is kept."""
+    from platformdirs import user_state_path
+
+    return Path(user_state_path("chrmc", appauthor=False)) / "recent.json"
+
+
+def read_recent(file: Path) -> list[Path]:
+    """The paths that are still there, newest first; none when the list cannot be read."""
+    try:
+        held = json.loads(file.read_text(encoding="utf-8"))
+        return [Path(p) for p in held if isinstance(p, str) and Path(p).exists()]
+    except (OSError, ValueError, TypeError):
+        return []
+
+
+def note_recent(file: Path, opened: Path) -> None:
+    """Put a path first. A list that cannot be written is done without."""
+    whole = opened.resolve()
+    others = [p for p in read_recent(file) if p != whole]
+    try:
+        write_json(file, [str(p) for p in [whole, *others][:LENGTH]])
+    except OSError:
+        return

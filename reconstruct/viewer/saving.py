@@ -1,0 +1,144 @@
+"""Files of what is seen: picture, intensities, figure, movies. Jobs for a worker, in steps."""
+
+from collections.abc import Iterator
+from dataclasses import asdict, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.store import Video
+from reconstruct.animation import check_animation, write_animation
+from reconstruct.bench import Filter
+from reconstruct.images import exposure, write_colour, write_image
+from reconstruct.sequence import shrink
+from reconstruct.viewer.figure import FIGURES, write_figure
+from reconstruct.viewer.pipeline import Decoded, Pipeline, Request
+from reconstruct.viewer.shade import Look, shade
+from reconstruct.viewer.sources import title_of
+from reconstruct.viewer.worker import Progress, Said
+
+MOVIE_WIDTH = 960
+"""Columns that a movie has at most."""
+STACK_COUNT = 60
+"""Depths of a movie through the depths."""
+
+
+def settings_of(video: Video, request: Request, look: Look) -> dict[str, Any]:
+    """How a picture was made, in words and SI units: enough to make it again."""
+    chosen = request.filter
+    return {
+        "source": title_of(video),
+        "frame": request.number,
+        "depth": request.depth,
+        "wavelength": video.wavelength,
+        "pixel_pitch": video.slm.pixel_pitch,
+        "panel": video.slm.name,
+        "encoding": video.encoding,
+        "half_plane": chosen.half_plane,
+        "dc_block": chosen.dc_block,
+        "aperture": chosen.aperture,
+        **asdict(look),
+        "program": f"chrmc {_version()}",
+    }
+
+
+def _version() -> str:
+    try:
+        return version("chrmc")
+    except PackageNotFoundError:
+        return "from its source"
+
+
+def save_picture(
+    path: Path, video: Video, decoded: Decoded, request: Request, look: Look
+) -> Iterator[Progress | Said | None]:
+    """The full picture: .exr intensities, .png as it looks, with its settings."""
+    yield Progress(f"saving {path.name}", 0.0)
+    field = decoded.system.at(decoded.field, request.depth)
+    light = np.abs(field) ** 2
+    note = settings_of(video, request, look)
+    yield Progress(f"saving {path.name}", 0.5)
+    if path.suffix.lower() == ".exr":
+        write_image(path, light, note)
+    else:
+        write_colour(path, shade(field, exposure(light), look), note)
+    yield Said(f"saved {path}")
+
+
+def save_figure(
+    path: Path,
+    video: Video,
+    decoded: Decoded,
+    request: Request,
+    look: Look,
+    part: tuple[slice, slice] = (slice(None), slice(None)),
+) -> Iterator[Progress | Said | None]:
+    """A part (rows, columns) of the full picture as a figure for a paper."""
+    if path.suffix.lower() not in FIGURES:
+        raise ValueError(f"{path}: figures are written as {', '.join(FIGURES)}")
+    yield Progress(f"saving {path.name}", 0.0)
+    field = decoded.system.at(decoded.field, request.depth)
+    white = exposure(np.abs(field) ** 2)
+    yield Progress(f"saving {path.name}", 0.3)
+    slm = video.slm
+    x, y = slm.x()[part[1]], slm.y()[part[0]]
+    note = settings_of(video, request, look)
+    write_figure(path, field[part], white, look, slm.pixel_pitch, (x[0], y[0]), note)
+    yield Said(f"saved {path}")
+
+
+def save_frames(
+    path: Path, video: Video, numbers: list[int], depths: list[float], chosen: Filter, look: Look,
+    rate: float,
+) -> Iterator[Progress | Said | None]:  # fmt: skip
+    """A movie of frames, each at its depth."""
+    check_animation(path)
+    pipeline = Pipeline(video, max(depths))
+    shown: list[NDArray[np.uint8]] = []
+    white = 0.0
+    for i, (number, depth) in enumerate(zip(numbers, depths, strict=True)):
+        yield Progress(f"movie {path.name}", i / len(numbers))
+        decoded = pipeline.decoded(number, chosen)
+        field = decoded.system.at(decoded.field, depth)
+        # One white for all, from the first frame: a white per frame would flicker.
+        white = white or exposure(np.abs(field) ** 2)
+        shown.append(_small(field, white, look))
+    write_animation(path, shown, rate)
+    yield Said(f"saved {path}: {len(shown)} frames at {rate:g} a second")
+
+
+def save_stack(
+    path: Path, video: Video, decoded: Decoded, depths: tuple[float, float], look: Look, rate: float
+) -> Iterator[Progress | Said | None]:
+    """A movie through the depths of a frame."""
+    check_animation(path)
+    z = np.linspace(*depths, STACK_COUNT)
+    fields = []
+    for i, depth in enumerate(z):
+        yield Progress(f"movie {path.name}", i / len(z))
+        fields.append(_halved(decoded.system.at(decoded.field, float(depth))))
+    white = float(np.median([exposure(np.abs(f) ** 2) for f in fields]))
+    write_animation(path, [_small(f, white, look) for f in fields], rate)
+    low, high = (d * 1e3 for d in depths)
+    yield Said(f"saved {path}: {low:.2f} to {high:.2f} mm")
+
+
+def _halved(field: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    """As much of a field as a movie shows, so that a stack of them fits into memory."""
+    factor = max(1, -(-field.shape[1] // MOVIE_WIDTH))
+    if factor == 1:
+        return field
+    light = shrink(np.abs(field) ** 2, MOVIE_WIDTH)
+    middle = field[factor // 2 :: factor, factor // 2 :: factor][: light.shape[0], : light.shape[1]]
+    size = np.maximum(np.abs(middle), 1e-30)
+    return np.asarray(middle / size * np.sqrt(light), dtype=np.complex64)
+
+
+def _small(field: NDArray[np.complex64], white: float, look: Look) -> NDArray[np.uint8]:
+    """(h, w) or (h, w, 3) for a movie."""
+    colours = shade(_halved(field), white, replace(look))
+    grey = look.colours == "grey" and look.mode != "phase"
+    return np.ascontiguousarray(colours[..., 0]) if grey else colours
