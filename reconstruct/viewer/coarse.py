@@ -8,7 +8,8 @@ remain:
 - light beyond the band: its share of the decoded light is `lost`, and points look wider by
   1/(share of the band kept);
 - the panel is taken as periodic where padding is more than `BUDGET` allows: what leaves it on one
-  side comes in on the other. On full-size single sideband frames the intensities differ by 1 %.
+  side comes in on the other. On full-size single sideband frames the intensities differ by 1 %;
+  what the edges of a panel of 256 pixels diffract is 3 % of the field.
 """
 
 from dataclasses import dataclass

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from reconstruct.viewer.canvas import Canvas
-from reconstruct.viewer.shade import MODES, TINTS, Look, shade
+from reconstruct.viewer.shade import COLOURS, MODES, Look, shade, shade_difference
+from reconstruct.viewer.sight import fourier_covers
 from reconstruct.viewer.view import View
 
 RNG = np.random.default_rng(2)
@@ -28,9 +29,9 @@ def view_of(shape, size):
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("tint", TINTS)
-def test_the_shader_shades_like_numpy(context, mode, tint):
-    look = Look(mode, tint, gamma=1.8, stops=0.5)
+@pytest.mark.parametrize("colours", COLOURS)
+def test_the_shader_shades_like_numpy(context, mode, colours):
+    look = Look(mode, colours, gamma=1.8, stops=0.5)
     canvas = Canvas(context, "complex")
     canvas.upload(FIELD, 1)
     canvas.draw((40, 30), view_of(FIELD.shape, (40, 30)), look, 2.0)
@@ -61,20 +62,41 @@ def test_zoomed_out_shows_the_mean(context):
     assert np.abs(canvas.read().astype(int) - 50).max() <= 1
 
 
-def test_the_fourier_plane_is_centred_and_what_is_blocked_is_red(context):
-    spectrum = np.zeros((6, 8), dtype=np.complex64)
-    spectrum[0, 0] = 1
+def test_the_fourier_plane_is_square_and_centred_and_what_is_blocked_is_red(context):
+    spectrum = np.zeros((6, 8), dtype=np.float32)
+    spectrum[3, 4] = 1  # zero frequency is in the middle
     passed = np.ones((6, 8), dtype=np.float32)
-    passed[5] = 0  # the frequency before zero: the row above the middle
-    canvas = Canvas(context, "complex", shifted=True)
-    canvas.upload(spectrum, 1)
+    passed[2] = 0
+    canvas = Canvas(context, "power")
+    canvas.upload(spectrum, 1, fourier_covers((6, 8), 48))
     canvas.upload_mask(passed)
-    canvas.draw((8, 6), view_of((6, 8), (8, 6)), Look(gamma=1), 1.0)
+    canvas.draw((48, 48), view_of((48, 48), (48, 48)), Look(gamma=1), 1.0)
     got = canvas.read().astype(int)
-    assert got[3, 4].tolist() == [255, 255, 255]
-    assert (got[2, :, 0] > 50).all() and (got[2, :, 1] < 30).all()
-    got[3, 4] = got[2] = 0
-    assert not got.any()
+    lit = np.argwhere(got[..., 1] > 250)
+    assert lit.mean(axis=0) == pytest.approx([23.5, 23.5], abs=0.51)
+    assert np.ptp(lit[:, 0]) + 1 == 8 and np.ptp(lit[:, 1]) + 1 == 6
+    row = got[23 - 8, :45]  # the last half sample lies beyond the band
+    assert (row[:, 0] > 50).all() and (row[:, 1] < 30).all()
+
+
+def test_values_may_stand_for_a_part_of_the_picture_with_other_samples(context):
+    canvas = Canvas(context, "grey")
+    canvas.upload(np.array([[10, 20], [30, 40]], dtype=np.uint8), 1, (4.0, 8.0, 8.0, 4.0))
+    canvas.draw((16, 16), view_of((16, 16), (16, 16)), Look(), 1.0)
+    got = canvas.read()[..., 0]
+    assert (got[8:10, 4:8] == 10).all() and (got[8:10, 8:12] == 20).all()
+    assert (got[10:12, 4:8] == 30).all() and (got[10:12, 8:12] == 40).all()
+    assert (got[:8] == got[0, 0]).all() and (got[:, 12:] == got[0, 0]).all()
+
+
+def test_differences_have_a_sign(context):
+    values = np.linspace(-2, 2, 40, dtype=np.float32)[None].repeat(30, axis=0)
+    canvas = Canvas(context, "signed")
+    canvas.upload(values, 1)
+    canvas.draw((40, 30), view_of((30, 40), (40, 30)), Look(), 1.5)
+    got = canvas.read().astype(int)
+    assert np.abs(got - shade_difference(values, 1.5, Look()).astype(int)).max() <= 1
+    assert got[0, 0, 2] > got[0, 0, 0] and got[0, -1, 0] > got[0, -1, 2]  # blue, red
 
 
 def test_pictures_are_uploaded_once_per_key_and_may_change_size(context):

@@ -15,24 +15,33 @@ import numpy as np
 import pytest
 
 DRIVER = """
-import json, sys
-from chrmc.store import open_video
+import json, sys, time
+from reconstruct.viewer.sources import open_source
 from reconstruct.viewer.window import ViewerWindow
-window = ViewerWindow(open_video(sys.argv[1]))
-model, pane = window.model, window.panes["Reconstruction"]
+window = ViewerWindow([open_source(path) for path in sys.argv[1:]])
+from imgui_bundle import imgui
+import glfw
+longest = 0.0
 def tell():
-    found = model.last_focus
+    session, model = window.session, window.session.model
+    pane = window.layout.panes[0]
+    picture, found = model.picture(), model.found
     print(json.dumps({
         "number": model.number, "depth": model.depth, "zoom": pane.view.scale,
-        "mode": model.look.mode, "playing": window.state.playing,
-        "focused": None if found is None else found.focused, "follow": model.follow,
-        "spent": window.state.spent, "origin": pane.origin,
-        "size": [pane.view.screen_width, pane.view.screen_height],
-        "centre": [pane.view.x, pane.view.y], "half_plane": model.filter.half_plane,
-        "settled": not window._unsettled}), flush=True)
-import glfw
+        "mode": model.look.mode, "playing": model.playing,
+        "focused": None if found is None else found.focus.focused, "follow": model.follow,
+        "shown": None if picture is None else [picture.number, picture.depth, picture.coarse],
+        "origin": pane.origin, "size": [pane.view.screen_width, pane.view.screen_height],
+        "centre": [pane.view.x, pane.view.y], "resting": model.resting and not window._lively > 0,
+        "help": session.help, "line": session.line and session.line.length(8.1e-6),
+        "listed": imgui.is_popup_open("", int(imgui.PopupFlags_.any_popup)),
+        "fault": model.fault(), "compared": model.mode, "longest": longest}), flush=True)
 while not glfw.window_should_close(window._handle):
-    window.wait(); window.draw(); tell()
+    window.wait()
+    start = time.perf_counter()
+    window.draw()
+    longest = max(longest, time.perf_counter() - start)
+    tell()
 error = window.context.error
 window.close()
 print(json.dumps({"error": error}), flush=True)
@@ -68,11 +77,16 @@ def display(tmp_path_factory):
 class Driven:
     """A running viewer, its states as it tells them, and hands."""
 
-    def __init__(self, display, folder, where):
+    def __init__(self, display, where, *folders):
         kept = {k: v for k, v in os.environ.items() if k != "WAYLAND_DISPLAY"}
-        self.environment = kept | {"DISPLAY": display, "XDG_SESSION_TYPE": "x11"}
+        own = {
+            "DISPLAY": display,
+            "XDG_SESSION_TYPE": "x11",
+            "XDG_STATE_HOME": str(where / "state"),
+        }
+        self.environment = kept | own
         self.process = subprocess.Popen(
-            [sys.executable, "-c", DRIVER, str(folder)],
+            [sys.executable, "-c", DRIVER, *[str(f) for f in folders]],
             env=self.environment, cwd=where, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             text=True,
         )  # fmt: skip
@@ -124,17 +138,33 @@ class Driven:
 
 
 @pytest.fixture
-def viewer(display, video, tmp_path):
+def start(display, tmp_path):
+    """Starts a viewer on folders, and waits for its first pictures."""
     pytest.importorskip("imgui_bundle", reason="chrmc[viewer] is optional")
-    driven = Driven(display, video, tmp_path)
-    driven.until(lambda s: s["settled"] and "full picture" in s["spent"], 60)
-    yield driven
-    with contextlib.suppress(Exception):
-        driven.process.kill()
-    driven.process.wait()
+    running = []
+
+    def start_one(*folders):
+        running.append(Driven(display, tmp_path, *folders))
+        running[-1].until(lambda s: s["resting"], 60)
+        return running[-1]
+
+    yield start_one
+    for driven in running:
+        with contextlib.suppress(Exception):
+            driven.process.kill()
+        driven.process.wait()
 
 
-def test_hands_and_keys(viewer, video, tmp_path):
+def leave(viewer):
+    viewer.key("q")
+    last = viewer.until(lambda s: "error" in s)
+    assert last["error"] == "GL_NO_ERROR"
+    assert viewer.process.wait(20) == 0
+    assert viewer.process.stderr.read() == ""
+
+
+def test_hands_and_keys(start, video, tmp_path):
+    viewer = start(video)
     manifest = json.loads(Path(video, "manifest.json").read_text())
     x, y, z = manifest["frames"][0]["objects"][0]["position"]
     place = (round(y / 8.1e-6 + 127.5), round(x / 8.1e-6 + 127.5))
@@ -146,15 +176,15 @@ def test_hands_and_keys(viewer, video, tmp_path):
     elsewhere = shot[sy - 30 : sy + 30, sx + 160 : sx + 220].mean()
     assert there > elsewhere + 20
 
-    # Slider: drag away from the focus; the coarse picture comes while dragging.
-    viewer.hands("mousemove", 100, 166, "mousedown", 1)
-    viewer.hands("mousemove", 180, 166)
+    # Slider: drag away from the focus; the first picture comes while dragging.
+    viewer.hands("mousemove", 30, 258, "mousedown", 1)
+    viewer.hands("mousemove", 90, 258)
     moved = viewer.until(lambda s: abs(s["depth"] - z) > 1e-3)
-    viewer.hands("mousemove", 250, 166)
+    viewer.hands("mousemove", 160, 258)
     viewer.until(lambda s: abs(s["depth"] - moved["depth"]) > 1e-3)
+    viewer.until(lambda s: s["shown"][2] and s["shown"][1] == s["depth"])
     viewer.hands("mouseup", 1)
-    assert "coarse picture" in viewer.state["spent"]
-    viewer.until(lambda s: s["settled"])
+    viewer.until(lambda s: s["resting"] and not s["shown"][2])
 
     # A click on the object focuses on it.
     viewer.hands("mousemove", *viewer.at(*place), "sleep", "0.1", "click", 1)
@@ -181,13 +211,13 @@ def test_hands_and_keys(viewer, video, tmp_path):
 
     # Keys: frames, depth, modes, play, save.
     viewer.key("Right")
-    viewer.until(lambda s: s["number"] == 2)
+    viewer.until(lambda s: s["number"] == 2 and s["focused"] is None)
     viewer.key("Left")
     viewer.until(lambda s: s["number"] == 1)
     viewer.key("Up")
     viewer.until(lambda s: s["depth"] == pytest.approx(depth + 1e-4))
     viewer.key("3")
-    viewer.until(lambda s: s["mode"] == "phase")
+    viewer.until(lambda s: s["mode"] == "phase" and s["resting"])
     shot = viewer.screenshot().astype(int)
     sx, sy = viewer.at(*place)
     part = shot[sy - 30 : sy + 30, sx - 30 : sx + 30]
@@ -203,11 +233,56 @@ def test_hands_and_keys(viewer, video, tmp_path):
     while not list(tmp_path.glob("frame_*.png")):
         assert time.monotonic() < end, "no picture saved"
         time.sleep(0.1)
+    leave(viewer)
 
-    viewer.key("q")
-    last = viewer.until(lambda s: "error" in s)
-    assert last["error"] == "GL_NO_ERROR"
-    assert viewer.process.wait(20) == 0
+
+def test_escape_closes_what_is_open_and_never_the_window(start, video):
+    viewer = start(video)
+    viewer.hands("mousemove", 123, 22, "sleep", "0.2", "click", 1)  # Save
+    viewer.until(lambda s: s["listed"])
+    viewer.key("Escape")
+    viewer.until(lambda s: not s["listed"])
+    viewer.key("h")
+    viewer.until(lambda s: s["help"])
+    viewer.key("Escape")
+    viewer.until(lambda s: not s["help"])
+    viewer.key("Escape")
+    viewer.key("Right")
+    viewer.until(lambda s: s["number"] == 2)
+    viewer.key("ctrl+z")
+    viewer.until(lambda s: s["number"] == 1)
+    leave(viewer)
+
+
+def test_a_line_is_drawn_with_the_hand(start, video):
+    viewer = start(video)
+    viewer.key("l")
+    a, b = viewer.at(60, 60), viewer.at(60, 160)
+    viewer.hands("mousemove", *a, "mousedown", 1)
+    viewer.hands("mousemove", (a[0] + b[0]) // 2, a[1], "sleep", "0.1", "mousemove", *b)
+    viewer.until(lambda s: s["line"] and abs(s["line"] - 100 * 8.1e-6) < 2 * 8.1e-6)
+    viewer.hands("mouseup", 1)
+    viewer.key("Escape")  # the tool is put away
+    viewer.key("Escape")  # the mark is dropped
+    viewer.until(lambda s: s["line"] is None)
+    leave(viewer)
+
+
+def test_two_videos_beside_each_other_and_a_bad_frame_between(start, video, tmp_path):
+    other = shutil.copytree(video, tmp_path / "other")
+    (other / "frame_0002.tif").unlink()
+    viewer = start(video, other)
+    assert viewer.state["compared"] == "side by side"
+    for mode in ("wipe", "difference", "A", "B"):
+        viewer.key("w")
+        viewer.until(lambda s, mode=mode: s["compared"] == mode)
+    viewer.key("Tab")
+    viewer.key("Right")
+    viewer.until(lambda s: s["number"] == 2 and s["shown"][0] == 2)
+    viewer.key("w")
+    viewer.key("Right")
+    viewer.until(lambda s: s["number"] == 3 and s["resting"])
+    leave(viewer)
 
 
 def test_no_display_is_one_line(video):
