@@ -122,7 +122,7 @@ def focal_planes(
     wavelength: float,
     depths: ArrayLike,
     region: Patch,
-    band: tuple[float, float] | None = None,
+    band: Passband | None = None,
 ) -> Iterator[NDArray[np.float32]]:
     """The (h, w) intensities of `focal_stack` one after the other, for who shows progress."""
     z = np.atleast_1d(np.asarray(depths, dtype=np.float64))

@@ -68,7 +68,8 @@ class Coarse:
 def coarse_shape(system: FourF, screen: tuple[int, int]) -> tuple[int, int]:
     """Samples (m, n) over the panel for a picture of `screen` (rows, columns) screen pixels."""
     counts = []
-    for n, f, pixels in zip(system.slm.shape, system.band, screen, strict=True):
+    limits = system.band.fy_max, system.band.fx_max
+    for n, f, pixels in zip(system.slm.shape, limits, screen, strict=True):
         band = ceil(n * f / system.slm.nyquist)
         counts.append(max(16, min(band, _OVERSAMPLING * pixels)))
     excess = sqrt(counts[0] * counts[1] / BUDGET)

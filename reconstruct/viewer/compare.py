@@ -7,7 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from reconstruct import metrics
+from chrmc.metrics import psnr, ssim
+from reconstruct.metrics import scale_to
 from reconstruct.viewer.pipeline import Picture, Request
 
 MODES = ("side by side", "wipe", "difference", "A", "B")
@@ -41,7 +42,7 @@ def compare(
     a, b = pictures
     if a is None or b is None or a.field.shape != b.field.shape:
         return None
-    factor = metrics.scale_to(b.light, a.light)
+    factor = scale_to(b.light, a.light)
     level = b.light * np.float32(factor)
-    ssim = metrics.ssim(level, a.light) if with_ssim else None
-    return Comparison(request, a, b, factor, metrics.psnr(level, a.light), ssim)
+    alike = ssim(level, a.light) if with_ssim else None
+    return Comparison(request, a, b, factor, psnr(level, a.light), alike)
