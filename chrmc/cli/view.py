@@ -20,9 +20,7 @@ from chrmc.encoding import CODINGS
 )
 @click.option("--follow", default=None, help="Object to keep in focus from frame to frame.")
 @click.option("--slm", type=SLMType(), default=None, help="Of a picture. [lc-r-1080]")
-@click.option(
-    "--wavelength", type=Length(WAVELENGTH), default=None, help="Of a picture. [532nm]"
-)
+@click.option("--wavelength", type=Length(WAVELENGTH), default=None, help="Of a picture. [532nm]")
 @click.option("--encoding", type=click.Choice(CODINGS), default=None, help="Of a picture. [ssb]")
 def command(
     sources: tuple[Path, ...],
