@@ -33,16 +33,36 @@ _FRAGMENT = """
 #version 330
 uniform sampler2D frame;
 uniform ivec2 viewport;   // pixels drawn to
+uniform ivec2 corner;     // of the viewport, from the framebuffer's lower left
 uniform vec3 channels;
 uniform ivec4 square;     // x0, y0, x1, y1 of the trigger in frame pixels, y down
 uniform float square_level;
 out vec4 colour;
+
+float average(vec2 low, vec2 high) {  // over an area of the frame, edges of pixels by their share
+    ivec2 first = ivec2(floor(low)), last = min(ivec2(ceil(high)), textureSize(frame, 0));
+    float sum = 0.0, weight = 0.0;
+    for (int y = first.y; y < last.y; y++)
+        for (int x = first.x; x < last.x; x++) {
+            vec2 part = min(vec2(x, y) + 1.0, high) - max(vec2(x, y), low);
+            sum += part.x * part.y * texelFetch(frame, ivec2(x, y), 0).r;
+            weight += part.x * part.y;
+        }
+    return sum / weight;
+}
+
 void main() {
     ivec2 size = textureSize(frame, 0);
-    ivec2 at = ivec2(gl_FragCoord.xy);
-    at.y = viewport.y - 1 - at.y;         // rows run down, OpenGL's run up
-    at = (at * size) / viewport;          // integers: the identity at 1:1
-    float level = texelFetch(frame, at, 0).r;
+    ivec2 to = ivec2(gl_FragCoord.xy) - corner;
+    to.y = viewport.y - 1 - to.y;         // rows run down, OpenGL's run up
+    ivec2 at = (to * size) / viewport;    // integers: the identity at 1:1
+    float level;
+    if (viewport.x < size.x || viewport.y < size.y) {
+        // Smaller than the frame: single samples of fringes would show fringes that are not there.
+        vec2 ratio = vec2(size) / vec2(viewport);
+        level = average(vec2(to) * ratio, vec2(to + 1) * ratio);
+    } else
+        level = texelFetch(frame, at, 0).r;
     if (at.x >= square.x && at.y >= square.y && at.x < square.z && at.y < square.w)
         level = square_level;
     colour = vec4(level * channels, 1.0);
@@ -121,9 +141,18 @@ class Painter:
         self._texture.write(np.ascontiguousarray(levels))
 
     def draw(self, size: tuple[int, int], square_on: bool = False) -> None:
-        """Draw over the whole bound framebuffer of `size` (width, height)."""
-        self.context.viewport = (0, 0, *size)
-        self._program["viewport"] = size
+        """Draw onto the bound framebuffer of `size` (width, height).
+
+        Pixel for pixel where the sizes agree. Else as large as fits at the frame's own aspect, on
+        black: enlarged by repeating pixels, made smaller by averaging areas.
+        """
+        part = fitted(size, self.shape)
+        corner = (size[0] - part[0]) // 2, (size[1] - part[1]) // 2
+        if part != size:
+            self.context.clear()
+        self.context.viewport = (*corner, *part)
+        self._program["viewport"] = part
+        self._program["corner"] = corner
         self._program["square_level"] = float(square_on)
         self._texture.use(0)
         self._triangle.render(moderngl.TRIANGLES, vertices=3)
@@ -149,6 +178,13 @@ class Painter:
             thing.release()
 
 
+def fitted(size: tuple[int, int], shape: tuple[int, int]) -> tuple[int, int]:
+    """(width, height) of the largest picture of `shape`'s aspect in a window of `size`."""
+    rows, columns = shape
+    share = min(size[0] / columns, size[1] / rows)
+    return max(1, round(columns * share)), max(1, round(rows * share))
+
+
 def read_back(framebuffer: Any, size: tuple[int, int]) -> NDArray[np.uint8]:
     """(height, width, 3) bytes of a framebuffer, first row on top."""
     raw = framebuffer.read(viewport=(0, 0, *size), components=3, alignment=1)
@@ -165,6 +201,9 @@ class Offscreen:
     vsync = False
     reported_refresh = 0.0
     name = "headless (EGL)"
+    place = ""
+    window_manager = ""
+    monitor = None
 
     def __init__(self, shape: tuple[int, int]) -> None:
         self.size = (shape[1], shape[0])

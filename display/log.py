@@ -1,10 +1,16 @@
 """One CSV line per flip, written as it happens, and the histogram at the end."""
 
+import contextlib
 import csv
+import platform
+import time
 from dataclasses import astuple, dataclass, fields
+from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
+from chrmc.files import write_json
 from display.timing import Summary
 
 
@@ -20,6 +26,8 @@ class Flip:
     shown : "new", "held" (the pace repeats it), "paused", or "waiting" (the next was not ready)
     status : "first", "ok", "late" (past 1.2 periods), "dropped" (refreshes were missed), "free"
     missed : refreshes missed just before this flip
+    place : where the window was when last looked at: "ok", "moved", "covered" (by another window),
+        "hidden" (minimised), "unknown" (Wayland), "" (no full-screen window)
     """
 
     flip: int
@@ -31,6 +39,12 @@ class Flip:
     shown: str
     status: str
     missed: int
+    place: str = ""
+
+    @property
+    def late(self) -> bool:
+        """Whether it came past 1.2 periods."""
+        return self.status in ("late", "dropped")
 
 
 COLUMNS = tuple(f.name for f in fields(Flip))
@@ -40,6 +54,8 @@ class FlipLog:
     """A CSV file that is whole up to its last line at any moment, whatever kills the player.
 
     path : replaced if it exists; None keeps nothing
+
+    What holds for all flips goes into a file beside it, of the same name with .json.
     """
 
     def __init__(self, path: str | Path | None) -> None:
@@ -53,6 +69,15 @@ class FlipLog:
             self._file = path.open("w", newline="", encoding="utf-8", buffering=1)
             self._writer = csv.writer(self._file, lineterminator="\n")
             self._writer.writerow(COLUMNS)
+
+    def describe(self, **facts: Any) -> None:
+        """Write what holds for all flips; the time of day and that of the flips' clock with it."""
+        if self.path is not None:
+            now = {
+                "utc": datetime.now(UTC).isoformat(timespec="microseconds"),
+                "clock": time.perf_counter(),
+            }
+            write_json(self.path.with_suffix(".json"), now | facts | {"versions": versions()})
 
     def write(self, flip: Flip) -> None:
         """Add one line."""
@@ -73,6 +98,17 @@ class FlipLog:
     ) -> None:
         if self._file is not None:
             self._file.close()
+
+
+def versions() -> dict[str, str]:
+    """What showed the frames: this package, Python, the libraries in between, the system."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    found = {"python": platform.python_version(), "system": platform.platform()}
+    for name in ("chrmc", "numpy", "moderngl", "glfw"):
+        with contextlib.suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
 
 
 def plot_intervals(summary: Summary, path: Path, title: str) -> None:

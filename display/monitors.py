@@ -1,6 +1,7 @@
 """The monitors of this machine, and the choice of the one that is the SLM."""
 
 import atexit
+import contextlib
 import os
 import sys
 from collections.abc import Sequence
@@ -8,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from chrmc.slm import SLM
+from display.edid import drm_labels, windows_label
 
 
 @dataclass(frozen=True)
@@ -15,13 +17,14 @@ class Monitor:
     """A connected monitor.
 
     index : its place in the list
-    name : as the system calls it
+    name : of the output it hangs on, as the system calls it
     x, y : desktop position of its top left corner
     width, height : pixels of its current mode
     refresh : Hz of that mode; 0 where the system does not say
     scale : (x, y) content scale of the desktop (1 = no DPI scaling)
     primary : whether the desktop calls it the main one
     modes : (width, height, refresh) of all modes it offers
+    label : what its maker calls it (EDID), "" where nothing says so
     """
 
     index: int
@@ -34,13 +37,21 @@ class Monitor:
     scale: tuple[float, float] = (1.0, 1.0)
     primary: bool = False
     modes: tuple[tuple[int, int, int], ...] = ()
+    label: str = ""
 
     def fits(self, slm: SLM) -> bool:
         """Whether its current mode has the SLM's pixels."""
         return (self.width, self.height) == (slm.width, slm.height)
 
+    @property
+    def title(self) -> str:
+        """Label where known, else the output."""
+        return self.label or self.name
+
     def __str__(self) -> str:
-        return f"{self.index} {self.name!r} {self.width} × {self.height} at ({self.x}, {self.y})"
+        label = f"{self.label!r} on " if self.label else ""
+        place = f"{self.width} × {self.height} at ({self.x}, {self.y})"
+        return f"{self.index} {label}{self.name!r} {place}"
 
 
 def glfw_ready() -> Any:
@@ -49,12 +60,23 @@ def glfw_ready() -> Any:
 
     # Errors are asked for with get_error, where they can be turned into one line.
     glfw.ERROR_REPORTING = "ignore"
+    if sys.platform.startswith("linux") and os.environ.get("DISPLAY"):
+        _clean_up_x11()
     if not glfw.init():
         raise OSError(f"{_no_display()} ({last_error(glfw)}): {_REMEDY}")
     if glfw.get_platform() == glfw.PLATFORM_NULL:
         raise OSError(f"{_no_display()} (GLFW's null platform): {_REMEDY}")
     atexit.register(glfw.terminate)
     return glfw
+
+
+def _clean_up_x11() -> None:
+    from display.x11 import Desktop
+
+    with contextlib.suppress(OSError):  # GLFW will say why there is no display
+        desktop = Desktop()
+        desktop.forget_dead_manager()
+        desktop.close()
 
 
 _REMEDY = "start it in a graphical session, or use --headless"
@@ -81,15 +103,42 @@ def list_monitors() -> list[Monitor]:
     glfw.poll_events()
     handles = glfw.get_monitors()
     primary = glfw.get_primary_monitor()
+    labels = _labels(glfw, handles)
     found = [
-        describe(glfw, index, handle, same(handle, primary)) for index, handle in enumerate(handles)
+        describe(glfw, index, handle, same(handle, primary), labels[index])
+        for index, handle in enumerate(handles)
     ]
     if not found:
         raise OSError("the display has no monitor: connect one, or use --headless")
     return found
 
 
-def describe(glfw: Any, index: int, handle: Any, primary: bool = False) -> Monitor:
+def _labels(glfw: Any, handles: Sequence[Any]) -> list[str]:
+    """Labels of monitors, from wherever the platform keeps them."""
+    platform = glfw.get_platform()
+    names = [_text(glfw.get_monitor_name(handle)) for handle in handles]
+    if platform == glfw.PLATFORM_WIN32:
+        return [windows_label(_text(glfw.get_win32_adapter(handle))) for handle in handles]
+    if platform == glfw.PLATFORM_COCOA:
+        return [""] * len(names)  # there GLFW's name is the label
+    by_output = drm_labels()
+    if platform == glfw.PLATFORM_X11:
+        from display.x11 import Desktop
+
+        try:
+            desktop = Desktop()
+        except OSError:
+            return [by_output.get(name, "") for name in names]
+        by_output |= desktop.labels()
+        desktop.close()
+    return [by_output.get(name, "") for name in names]
+
+
+def _text(name: bytes | str) -> str:
+    return name.decode(errors="replace") if isinstance(name, bytes) else str(name)
+
+
+def describe(glfw: Any, index: int, handle: Any, primary: bool = False, label: str = "") -> Monitor:
     """The `Monitor` behind a GLFW handle."""
     mode = glfw.get_video_mode(handle)
     x, y = glfw.get_monitor_pos(handle)
@@ -97,7 +146,7 @@ def describe(glfw: Any, index: int, handle: Any, primary: bool = False) -> Monit
     width, height = mode.size
     return Monitor(
         index,
-        name.decode(errors="replace") if isinstance(name, bytes) else str(name),
+        _text(name),
         x,
         y,
         width,
@@ -106,6 +155,7 @@ def describe(glfw: Any, index: int, handle: Any, primary: bool = False) -> Monit
         tuple(glfw.get_monitor_content_scale(handle)),
         primary,
         tuple((*m.size, m.refresh_rate) for m in glfw.get_video_modes(handle)),
+        label,
     )
 
 
@@ -121,7 +171,7 @@ def same(one: Any, other: Any) -> bool:
 def choose(
     monitors: Sequence[Monitor], wanted: str | None, slm: SLM, any_size: bool = False
 ) -> Monitor:
-    """The monitor meant by a name, part of a name (any case) or index.
+    """The monitor meant by its label, its output's name, a part of either (any case) or an index.
 
     wanted : None takes the one monitor that fits the SLM, a secondary one before the primary
     any_size : do not insist on the SLM's resolution (for previews)
@@ -136,8 +186,9 @@ def choose(
         chosen = _by_name(monitors, wanted, listing)
     if not (any_size or chosen.fits(slm)):
         raise ValueError(
-            f"monitor {chosen.name!r} shows {chosen.width} × {chosen.height}, but {slm.name} needs "
-            f"{slm.width} × {slm.height}: {_mode_remedy(chosen, slm)}, or preview with --windowed"
+            f"monitor {chosen.title!r} shows {chosen.width} × {chosen.height}, but {slm.name} "
+            f"needs {slm.width} × {slm.height}: {_mode_remedy(chosen, slm)}, or preview with "
+            "--windowed"
         )
     return chosen
 
@@ -164,14 +215,14 @@ def _by_size(monitors: Sequence[Monitor], slm: SLM, any_size: bool, listing: str
 
 def _by_name(monitors: Sequence[Monitor], wanted: str, listing: str) -> Monitor:
     text = wanted.strip()
-    exact = [m for m in monitors if m.name == text]
+    exact = [m for m in monitors if text and text in (m.name, m.label)]
     if len(exact) == 1:
         return exact[0]
     if text.isdecimal() and not exact:
         for monitor in monitors:
             if monitor.index == int(text):
                 return monitor
-    part = exact or [m for m in monitors if text and text.lower() in m.name.lower()]
+    part = exact or [m for m in monitors if text and text.lower() in f"{m.name}\n{m.label}".lower()]
     if len(part) == 1:
         return part[0]
     what = f"{len(part)} monitors match" if part else "no monitor matches"

@@ -4,7 +4,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -25,6 +25,8 @@ class Surface(Protocol):
 
     size : (width, height) pixels; context : moderngl; vsync : flips wait for a refresh
     reported_refresh : Hz, 0 where unknown; notes : what the user should be told
+    place : where the window is ("ok", "moved", …), "" where that means nothing
+    window_manager : its name, or ""; monitor : a `display.monitors.Monitor`, or None
     """
 
     size: Any
@@ -33,6 +35,9 @@ class Surface(Protocol):
     reported_refresh: float
     name: str
     notes: list[str]
+    place: str
+    window_manager: str
+    monitor: Any
 
     def bind(self) -> None: ...
     def unbind(self) -> None: ...
@@ -119,6 +124,8 @@ class Player:
         self._log = log or FlipLog(None)
         self._intervals: list[float] = []
         self._flips = self._frames = self._late = self._dropped = self._missed = self._waited = 0
+        self._misplaced = 0
+        self._wanted = False  # a key asks for a frame that has not been shown yet
         self._faults: list[str] = []
         self._mismatches = 0
         self._shown: Picture | None = None
@@ -162,6 +169,7 @@ class Player:
             self.pace.period,
             tuple(self._faults),
             self._mismatches if self.options.verify else None,
+            self._misplaced,
         )
 
     def _find_pace(self, painter: Painter) -> None:
@@ -169,6 +177,7 @@ class Player:
         refresh = Refresh(None, 0)
         if surface.vsync:
             painter.upload(np.zeros(self.shape, dtype=np.uint8))
+            self.tell("measuring how often this screen refreshes: dark for up to 2 s")
 
             def flip() -> None:
                 self._poll()
@@ -184,6 +193,18 @@ class Player:
                 )
         fallback = options.fallback_rate if options.paced else None
         self.pace = pace_for(refresh, options.fps, options.every, fallback)
+        measured = None if refresh.period is None else 1 / refresh.period
+        monitor = surface.monitor
+        self._log.describe(
+            surface=surface.name,
+            monitor=None if monitor is None else asdict(monitor) | {"modes": len(monitor.modes)},
+            window_manager=surface.window_manager,
+            notes=surface.notes,
+            reported_refresh_hz=surface.reported_refresh,
+            measured_refresh_hz=measured,
+            frames_per_second=self.pace.rate,
+            flips_per_frame=self.pace.every,
+        )
         if self.pace.warning:
             self.tell("warning: " + self.pace.warning)
         if surface.vsync and not self.pace.waits and self.pace.rate:
@@ -199,22 +220,23 @@ class Player:
         ended = False
         while True:
             self._poll()
-            wanted = self._asked()
+            self._wanted |= self._asked()
             if transport.quit or self.surface.closed:
                 return
             if options.seconds is not None and time.perf_counter() - start >= options.seconds:
                 return
             shown = "paused" if transport.paused else "held"
-            if wanted or (left <= 0 and not transport.paused and not ended):
+            if self._wanted or (left <= 0 and not transport.paused and not ended):
                 answer = self._advance(painter)
                 if answer == "end":
                     if not options.hold or self._shown is None:
                         return
-                    ended = True
+                    ended, self._wanted = True, False
                 elif answer == "bad":
                     continue
                 elif answer == "new":
                     shown, left, ended = "new", self.pace.every, False
+                    self._wanted = False
                 else:
                     shown = "waiting"
                     self._waited += 1
@@ -244,7 +266,8 @@ class Player:
                 if not must:
                     return "waiting"
                 self._poll()
-                if self.surface.closed or "escape" in self.surface.pressed():
+                self._wanted |= self._asked()
+                if self.surface.closed or self.transport.quit:
                     self.transport.quit = True
                     return "end"
         if item is None:
@@ -295,6 +318,8 @@ class Player:
         self._late += status == "late"
         self._dropped += status == "dropped"
         self._missed += missed
+        place = self.surface.place
+        self._misplaced += place not in ("", "ok", "unknown")
         self._log.write(
             Flip(
                 self._flips,
@@ -306,6 +331,7 @@ class Player:
                 shown,
                 status,
                 missed,
+                place,
             )
         )
 

@@ -32,7 +32,7 @@ def measure_refresh(
     reported: float = 0.0,
     clock: Callable[[], float] = time.perf_counter,
     sleep: Callable[[float], object] = time.sleep,
-    most: int = 240,
+    seconds: float = 2.0,
 ) -> Refresh:
     """Flip until AGREEING intervals in a row lie within 5 % of their median.
 
@@ -41,15 +41,18 @@ def measure_refresh(
 
     flip : shows something and returns when it is shown
     reported : what the system says, Hz, 0 for nothing
-    most : flips after which it is given up: the screen has no steady refresh
+    seconds : after so long it is given up: the screen has no steady refresh
 
     A steady interval far below the reported or any panel's period means flips do not wait, too.
     """
     intervals: list[float] = []
+    end = clock() + seconds
     flip()
     before = clock()
-    for count in range(1, most + 1):
+    count = 0
+    while before < end:
         flip()
+        count += 1
         now = clock()
         intervals.append(now - before)
         before = now
@@ -62,15 +65,17 @@ def measure_refresh(
         spread = (max(last) - min(last)) / middle
         if spread < 2 * _SPREAD:
             held: list[float] = []
-            for _ in range(AGREEING // 2):
+            while len(held) < AGREEING // 2 and before < end:
                 sleep(0.3 * middle)
                 flip()
                 now = clock()
                 held.append(now - before)
                 before = now
+            if len(held) < 3:
+                break
             waits = median(held) < 1.15 * middle
             return Refresh(middle if waits else None, count + len(held), spread)
-    return Refresh(None, most)
+    return Refresh(None, count)
 
 
 @dataclass(frozen=True)
@@ -162,6 +167,7 @@ class Summary:
     period : seconds that a flip should take, or None
     faults : frames that could not be shown, in words
     mismatches : flips whose pixels were read back and differed; None when not asked for
+    misplaced : flips while the window was not whole on its monitor (moved, covered, hidden)
     """
 
     flips: int
@@ -174,6 +180,7 @@ class Summary:
     period: float | None
     faults: Sequence[str] = ()
     mismatches: int | None = None
+    misplaced: int = 0
 
     def lines(self) -> list[str]:
         """The summary in words."""
@@ -197,6 +204,11 @@ class Summary:
                 "every frame read back equals its file to the pixel"
                 if self.mismatches == 0
                 else f"{self.mismatches} frames read back DIFFER from their files"
+            )
+        if self.misplaced:
+            text.append(
+                f"{self.misplaced} flips while the panel did NOT show the whole window (moved, "
+                "covered or hidden)"
             )
         text.extend(f"not shown: {fault}" for fault in self.faults)
         return text

@@ -5,6 +5,7 @@ import ctypes
 import queue
 import subprocess
 import sys
+import time
 from typing import Any
 
 import moderngl
@@ -13,9 +14,13 @@ from numpy.typing import NDArray
 
 from chrmc.slm import SLM
 from display.monitors import Monitor, choose, glfw_ready, last_error, list_monitors, same
+from display.placement import box_of, in_place, open_on
+from display.x11 import Desktop
 
 _KEYS = ("escape", "space", "left", "right", "home", "end", "page_up", "page_down", "enter", "l")
 _DIGITS = tuple("0123456789")
+_LOOK_EVERY = 0.05  # seconds between looks at the window's place
+_ASK_EVERY = 0.25  # seconds between questions to the monitor
 _BACK, _PACK_ALIGNMENT, _RGB, _UNSIGNED_BYTE = 0x0405, 0x0D05, 0x1907, 0x1401
 
 
@@ -29,7 +34,9 @@ class Window:
 
     Full screen: on that monitor, cursor hidden, not minimised when the focus goes, the desktop's
     gamma ramp replaced by the identity until `close`. `notes` says in words what was set and what
-    this platform would not do. GLFW holds screen savers off on X11 and Windows while a full-screen
+    this platform would not do. `place` says whether the window was where it belongs when last
+    looked at (20 times a second): "ok", "moved", "covered", "hidden", "unknown" (Wayland does not
+    say), or "" for a preview. GLFW holds screen savers off on X11 and Windows while a full-screen
     window is open; on macOS `caffeinate` does.
 
     Create and close it in the main thread; `flip` may run in another after `bind` there.
@@ -47,18 +54,24 @@ class Window:
         self.monitor: Monitor = choose(list_monitors(), monitor, slm, any_size=windowed)
         self.vsync = vsync
         self.reported_refresh = self.monitor.refresh
-        self.name = self.monitor.name
+        self.name = self.monitor.title
         self.notes: list[str] = []
         self._handle = glfw.get_monitors()[self.monitor.index]
         self._pressed: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._names = {getattr(glfw, f"KEY_{n.upper()}"): n for n in (*_KEYS, "q", *_DIGITS)} | {
             getattr(glfw, f"KEY_KP_{n.upper()}"): n for n in ("enter", *_DIGITS)
         }
-        self._lost = False
+        self._trouble = ""
         self._ramp: Any = None
         self._awake: subprocess.Popen[bytes] | None = None
-        self._window = self._open(slm, windowed, title)
+        self._desktop = Desktop() if glfw.get_platform() == glfw.PLATFORM_X11 else None
+        self.window_manager = self._desktop.window_manager() if self._desktop else ""
+        self._box = None if windowed else box_of(self.monitor)
+        self.place, self.cover = "", ""
+        self._looked = self._asked = 0.0
+        self._window: Any = None
         try:
+            self._window = self._open(slm, windowed, title)
             self._prepare(slm, windowed)
         except BaseException:
             self.close()
@@ -81,9 +94,10 @@ class Window:
             (glfw.SCALE_TO_MONITOR, False),
             (glfw.AUTO_ICONIFY, False),
             (glfw.CENTER_CURSOR, False),
-            (glfw.RESIZABLE, windowed),
         ):
             glfw.window_hint(hint, value)
+        for name in (glfw.X11_CLASS_NAME, glfw.X11_INSTANCE_NAME):  # GLFW wants both or neither
+            glfw.window_hint_string(name, "chrmc")
         if windowed:
             _, _, width, height = glfw.get_monitor_workarea(self._handle)
             share = min(1.0, width / slm.width, height / slm.height)
@@ -92,11 +106,12 @@ class Window:
                 self.notes.append(f"preview at {share:.0%} of the size: not pixel for pixel")
             window = glfw.create_window(*size, title, None, None)
         else:
-            glfw.window_hint(glfw.REFRESH_RATE, round(screen.refresh) or glfw.DONT_CARE)
-            window = glfw.create_window(screen.width, screen.height, title, self._handle, None)
+            window, note = open_on(glfw, screen, self._handle, title, self._desktop)
+            if note:
+                self.notes.append("warning: " + note)
         if not window:
             raise OSError(
-                f"no OpenGL window on monitor {screen.name!r} ({last_error(glfw)}): a driver with "
+                f"no OpenGL window on monitor {screen.title!r} ({last_error(glfw)}): a driver with "
                 "OpenGL 3.3 is needed (on Debian or Ubuntu libgl1-mesa-dri), or use --headless"
             )
         return window
@@ -112,6 +127,7 @@ class Window:
             self._check_size(slm)
             self._reset_gamma()
             self._stay_awake()
+            self._look_around()
         glfw.set_key_callback(window, self._on_key)
         glfw.set_framebuffer_size_callback(window, self._on_size)
         # Through ctypes, which lets other threads run while a flip is waited for; and moderngl
@@ -138,7 +154,7 @@ class Window:
                 else (f" (the desktop scales by {self.monitor.scale[0]:g})")
             )
             raise ValueError(
-                f"monitor {self.monitor.name!r} gives a framebuffer of {self.size[0]} × "
+                f"monitor {self.monitor.title!r} gives a framebuffer of {self.size[0]} × "
                 f"{self.size[1]} for {slm.width} × {slm.height} pixels{scale}: set its scaling to "
                 "100 %"
             )
@@ -200,17 +216,72 @@ class Window:
     def flip(self) -> None:
         """Show what was drawn, and return once it is shown.
 
-        Raises OSError when the monitor was taken away.
+        Raises OSError when the monitor was taken away or changed its mode.
         """
-        if self._lost:
-            raise OSError(f"monitor {self.monitor.name!r} was disconnected")
+        if self._trouble:
+            raise OSError(self._trouble)
         self._glfw.swap_buffers(self._window)
         self._finish()
 
     def poll(self) -> None:
-        """Take in key presses and monitor changes; main thread only."""
+        """Take in key presses, what became of the monitor, and where the window is.
+
+        In the thread that opened it only.
+        """
         self._glfw.poll_events()
-        self._lost = not any(same(m, self._handle) for m in self._glfw.get_monitors())
+        now = time.monotonic()
+        if now - self._asked >= _ASK_EVERY and not self._trouble:
+            self._asked = now
+            self._ask_monitor()
+        if self._box is not None and now - self._looked >= _LOOK_EVERY and not self._trouble:
+            self._looked = now
+            self._look()
+
+    def _ask_monitor(self) -> None:
+        glfw, monitor = self._glfw, self.monitor
+        if not any(same(m, self._handle) for m in glfw.get_monitors()):
+            self._trouble = f"monitor {monitor.title!r} was disconnected"
+        elif self._box is not None:
+            size = tuple(glfw.get_video_mode(self._handle).size)
+            place = tuple(glfw.get_monitor_pos(self._handle))
+            if (*place, *size) != self._box:
+                self._trouble = (
+                    f"monitor {monitor.title!r} changed from {monitor.width} × {monitor.height} at "
+                    f"({monitor.x}, {monitor.y}) to {size[0]} × {size[1]} at {place} while playing"
+                )
+
+    def _look(self) -> None:
+        """Whether the window still is where it was put, with nothing over it."""
+        glfw = self._glfw
+        self.place = "ok" if in_place(glfw, self._window, self.monitor) else "moved"
+        if self._desktop is None:
+            if self.place == "ok" and glfw.get_platform() == glfw.PLATFORM_WAYLAND:
+                self.place = "unknown"
+            if glfw.get_window_attrib(self._window, glfw.ICONIFIED):
+                self.place = "hidden"
+            return
+        if self.place == "ok" and self._box is not None:
+            over = self._desktop.covered_by(glfw.get_x11_window(self._window), self._box)
+            self.place = "hidden" if over is None else "covered" if over else "ok"
+            self.cover = over or ""
+
+    def _look_around(self) -> None:
+        """Look until nothing lies over the window, or for a second; a note where something does."""
+        end = time.monotonic() + 1.0
+        self._look()
+        while self.place not in ("ok", "unknown") and time.monotonic() < end:
+            self._glfw.poll_events()
+            time.sleep(0.02)
+            self._look()
+        if self.place not in ("ok", "unknown"):
+            by = f" by {self.cover!r}" if self.cover else ""
+            self.notes.append(f"warning: the panel is {self.place}{by}: what it shows is not whole")
+
+    def grab(self) -> NDArray[np.uint8]:
+        """(height, width, 3) bytes that the monitor's part of the desktop shows; X11 only."""
+        if self._desktop is None or self._box is None:
+            raise OSError("only X11 lets a program read what a full-screen window's monitor shows")
+        return self._desktop.grab(self._box)
 
     def pressed(self) -> list[str]:
         """Keys pressed since the last call, such as "space" or "7"."""
@@ -235,7 +306,7 @@ class Window:
 
     def close(self) -> None:
         """Put the gamma ramp back and close the window."""
-        if self._ramp is not None and not self._lost:
+        if self._ramp is not None and not self._trouble:
             self._glfw.set_gamma_ramp(self._handle, self._ramp)
             self._ramp = None
         if self._awake is not None:
@@ -245,3 +316,6 @@ class Window:
         if self._window:
             self._glfw.destroy_window(self._window)
             self._window = None
+        if self._desktop is not None:
+            self._desktop.close()
+            self._desktop = None

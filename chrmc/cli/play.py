@@ -96,7 +96,8 @@ def command(
     one flip). Keys: space pause, arrows step, page up and down 10 frames, home and end, digits and
     enter jump to a frame, l loop, Esc quit.
 
-    Exit status 1 when a frame could not be shown, or --verify found a difference.
+    Exit status 1 when a frame could not be shown, --verify found a difference, or the window was
+    moved or covered while playing.
     """
     from display.playlist import open_playlist
     from display.prefetch import Ring
@@ -142,6 +143,7 @@ def show(
     )
     with contextlib.ExitStack() as stack:
         surface: Any
+        stack.enter_context(ended_by_signal())
         if headless:
             surface = Offscreen(slm.shape)
         else:
@@ -153,9 +155,8 @@ def show(
             raise ValueError("--verify compares pixels, so the SLM must fit the window at 1:1")
         click.echo(f"{name} on {surface.name}" + ("" if headless else "; Esc ends"))
         for note in surface.notes:
-            click.echo(note)
+            _tell(note)
         flips = stack.enter_context(FlipLog(log))
-        stack.enter_context(ended_by_signal())
         player = Player(surface, reel, numbers, slm.shape, playing, flips, _tell)
         interrupted = False
         try:
@@ -166,10 +167,11 @@ def show(
         click.echo(line)
     if log is not None:
         plot_intervals(summary, log.with_suffix(".png"), f"{name} on {surface.name}")
-        click.echo(f"flips in {log}, histogram in {log.with_suffix('.png')}")
+        picture, facts = (log.with_suffix(s) for s in (".png", ".json"))
+        click.echo(f"flips in {log}, histogram in {picture}, monitor and versions in {facts}")
     if interrupted:
         raise KeyboardInterrupt
-    return 1 if summary.faults or summary.mismatches else 0
+    return 1 if summary.faults or summary.mismatches or summary.misplaced else 0
 
 
 def _tell(line: str) -> None:
@@ -178,7 +180,11 @@ def _tell(line: str) -> None:
 
 @contextlib.contextmanager
 def ended_by_signal() -> Any:
-    """Let a polite kill (SIGTERM) end play as Ctrl-C does, so that the gamma ramp is put back."""
+    """Let a polite kill (SIGTERM) or a lost terminal (SIGHUP) end play as Ctrl-C does.
+
+    The gamma ramp is put back and the log closed. A panel must not stay lit after its user is
+    gone, so SIGHUP counts even under nohup.
+    """
 
     if threading.current_thread() is not threading.main_thread():
         yield  # signals are the main thread's
@@ -187,8 +193,10 @@ def ended_by_signal() -> Any:
     def end(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGTERM, end)
+    polite = [signal.SIGTERM] + ([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])
+    before = [signal.signal(number, end) for number in polite]
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in zip(polite, before, strict=True):
+            signal.signal(number, handler)

@@ -1,13 +1,16 @@
 """Real X servers for the player: one monitor (Xvfb), or two (Xorg with its dummy driver)."""
 
+import contextlib
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -37,6 +40,7 @@ class XServer:
     """A running X server."""
 
     display: str
+    started: list[Any] = field(default_factory=list)
 
     @property
     def environment(self) -> dict[str, str]:
@@ -64,11 +68,32 @@ class XServer:
         return np.frombuffer(shot.stdout, dtype=np.uint8).reshape(height, width, 3)
 
     def start(self, *arguments: str) -> subprocess.Popen[str]:
-        """`chrmc` with these arguments on this display."""
-        return subprocess.Popen(
+        """`chrmc` with these arguments on this display; it ends with the test at the latest."""
+        player = subprocess.Popen(
             [*CHRMC, *arguments],
             env=self.environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         )  # fmt: skip
+        self.started.append(player)
+        return player
+
+    def run_beside(self, *command: str) -> subprocess.Popen[bytes]:
+        """A program that runs on while the test does; its whole group ends with the test."""
+        beside = subprocess.Popen(
+            command, env=self.environment, start_new_session=True,
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        self.started.append(beside)
+        return beside
+
+    def restore(self) -> None:
+        """The two monitors' own modes and places, whatever was made of them."""
+        for _ in range(100):  # asking is also what makes the server look at its outputs again
+            self.run(program("xrandr", "x11-xserver-utils"), *LAYOUT)
+            found = self.run("xrandr")
+            if all(place in found for place in PLACES):
+                return
+            time.sleep(0.1)
+        pytest.fail("the X server does not take its monitors' modes: " + found)
 
 
 def start_server(command: list[str], log: Path) -> tuple[XServer, subprocess.Popen[bytes]]:
@@ -110,6 +135,12 @@ def x_server_without_opengl(tmp_path: Path) -> Iterator[XServer]:
     process.terminate()
     process.wait()
 
+
+LAYOUT = (
+    *("--output", "DUMMY0", "--mode", "main", "--pos", "0x0", "--primary"),
+    *("--output", "DUMMY1", "--mode", "slm", "--pos", "800x0"),
+)
+PLACES = ("DUMMY0 connected primary 800x600+0+0", "DUMMY1 connected 640x480+800+0")
 
 XORG = """
 Section "Device"
@@ -156,15 +187,95 @@ def two_monitors(tmp_path_factory: pytest.TempPathFactory) -> Iterator[XServer]:
     for name, line, output in (("main", large, "DUMMY0"), ("slm", small, "DUMMY1")):
         server.run(xrandr, "--newmode", name, *line.split())
         server.run(xrandr, "--addmode", output, name)
-    left = ["--output", "DUMMY0", "--mode", "main", "--pos", "0x0", "--primary"]
-    server.run(xrandr, *left, *["--output", "DUMMY1", "--mode", "slm", "--pos", "800x0"])
-    for _ in range(50):  # asking is also what makes the server look at its outputs again
-        if "DUMMY1 connected 640x480+800+0" in server.run(xrandr):
-            break
-        time.sleep(0.1)
+    server.restore()
     yield server
     process.terminate()
     process.wait()
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_behind(request: pytest.FixtureRequest) -> Iterator[None]:
+    """End whatever a test started and did not end, passed or failed."""
+    yield
+    for name in ("one_monitor", "two_monitors"):
+        if name in request.fixturenames:
+            end_all(request.getfixturevalue(name).started)
+
+
+def end_all(started: list[Any]) -> None:
+    """Kill programs and what they started."""
+    while started:
+        process = started.pop()
+        if process.poll() is None:
+            with contextlib.suppress(ProcessLookupError):
+                if os.getpgid(process.pid) == process.pid:
+                    os.killpg(process.pid, signal.SIGKILL)
+            process.kill()
+        process.wait()
+
+
+PACKAGES = {"kwin_x11": "kwin-x11", "i3": "i3-wm"}
+
+
+@pytest.fixture
+def managed(
+    request: pytest.FixtureRequest, two_monitors: XServer, tmp_path: Path
+) -> Iterator[tuple[XServer, str]]:
+    """The two monitors under the window manager that the test's parameter names."""
+    name: str = request.param
+    if shutil.which(name) is None and request.node.get_closest_marker("long"):
+        pytest.skip(f"{name} is not installed")
+    command = [program(name, PACKAGES.get(name, name))]
+    if name in ("mutter", "metacity", "xfwm4", "kwin_x11"):
+        command = [program("dbus-run-session", "dbus"), "--", *command]
+    if name == "mutter":
+        command.append("--x11")
+    if name == "fluxbox":  # its defaults call a program for the wallpaper, which puts up a window
+        (tmp_path / "overlay").write_text("background: none\n")
+        (tmp_path / "init").write_text(f"session.styleOverlay: {tmp_path}/overlay\n")
+        command += ["-rc", str(tmp_path / "init")]
+    manager = two_monitors.run_beside(*command)
+    check = ("xprop", "-root", "_NET_SUPPORTING_WM_CHECK")
+    deadline = time.monotonic() + 30
+    while name != "twm" and "window id" not in two_monitors.run(*check):
+        if manager.poll() is not None or time.monotonic() > deadline:
+            pytest.fail(f"{name} does not start")
+        time.sleep(0.05)
+    two_monitors.restore()  # some choose modes themselves
+    yield two_monitors, name
+    end_all(two_monitors.started)
+    two_monitors.run("xprop", "-root", "-remove", "_NET_SUPPORTING_WM_CHECK")
+    two_monitors.run("xprop", "-root", "-remove", "_NET_SUPPORTED")
+    two_monitors.restore()
+
+
+@contextlib.contextmanager
+def labelled(server: XServer, output: str, label: str) -> Iterator[None]:
+    """Give an output the EDID of a monitor of that name."""
+    from Xlib import display
+
+    block = bytearray(128)
+    block[:8] = b"\x00\xff\xff\xff\xff\xff\xff\x00"
+    block[72:90] = b"\x00\x00\x00\xfc\x00" + label.encode().ljust(13, b"\n")
+    connection = display.Display(server.display)
+    resources = connection.screen().root.xrandr_get_screen_resources()
+    atom, kind = (connection.intern_atom(name) for name in ("EDID", "INTEGER"))
+    for number in resources.outputs:
+        info = connection.xrandr_get_output_info(number, resources.config_timestamp)
+        if info.name == output:
+            break
+    connection.xrandr_change_output_property(number, atom, kind, 0, (8, list(block)))
+    connection.sync()
+    yield
+    connection.xrandr_delete_output_property(number, atom)
+    connection.sync()
+    connection.close()
+
+
+@pytest.fixture
+def label_maker() -> Callable[..., Any]:
+    """`label_maker(server, output, label)` as a context."""
+    return labelled
 
 
 @pytest.fixture

@@ -84,18 +84,57 @@ def test_the_trigger_is_a_square_in_its_corner(screen, small, corner, rows, colu
         assert np.array_equal(painter.expected(frame, on), screen.read())
 
 
-def test_a_preview_samples_and_never_blends(screen, small):
-    half = (small.width // 2, small.height // 2)
-    buffer = screen.context.simple_framebuffer(half, components=4)
+def preview(screen, shape, frame, size):
+    """(height, width) levels of a frame on a framebuffer of another size."""
+    buffer = screen.context.simple_framebuffer(size, components=4)
     buffer.use()
-    painter = Painter(screen.context, small.shape)
-    frame = every_level(small.shape)
+    painter = Painter(screen.context, shape)
     painter.upload(frame)
-    painter.draw(half)
+    painter.draw(size)
     raw = np.frombuffer(buffer.read(components=1, alignment=1), np.uint8)
-    seen = raw.reshape(half[::-1])[::-1]
-    assert np.array_equal(seen, frame[::2, ::2])
+    screen.bind()
     buffer.release()
+    return raw.reshape(size[::-1])[::-1]
+
+
+def test_a_smaller_preview_averages_areas(screen, small):
+    frame = every_level(small.shape)
+    seen = preview(screen, small.shape, frame, (small.width // 2, small.height // 2))
+    rows, columns = small.shape
+    means = frame.reshape(rows // 2, 2, columns // 2, 2).mean(axis=(1, 3))
+    assert np.abs(seen - means).max() <= 0.51
+    odd = preview(screen, small.shape, frame, (200, 150))
+    # 3.2 × 3.2 pixels each, edge pixels by their share: the sum of all is kept.
+    assert odd.mean() == pytest.approx(frame.mean(), abs=0.3)
+
+
+def test_a_preview_keeps_the_aspect(screen, small):
+    white = np.full(small.shape, 255, np.uint8)
+    wide = preview(screen, small.shape, white, (500, 150))
+    assert np.array_equal(np.flatnonzero(wide.any(axis=0)), np.arange(150, 350))
+    assert wide[:, 150:350].all()
+    tall = preview(screen, small.shape, white, (320, 700))
+    assert np.array_equal(np.flatnonzero(tall.any(axis=1)), np.arange(230, 470))
+
+
+def test_a_shrunk_zone_plate_shows_no_ghosts(screen, small):
+    """Where the rings are finer than the preview's pixels it is grey, not rings again."""
+    rows, columns = small.shape
+    y, x = np.indices(small.shape) - np.array([(rows - 1) / 2, (columns - 1) / 2])[:, None, None]
+    radius = np.hypot(x, y)
+    # radius/640 rings to a pixel: at 213 pixels from the middle a ring is as wide as a pixel of
+    # this preview, and single samples show a second centre there.
+    frame = np.rint(127.5 + 127.5 * np.cos(np.pi * radius**2 / 640)).astype(np.uint8)
+    seen = preview(screen, small.shape, frame, (213, 160))
+    far = np.hypot(*(np.indices(seen.shape) - np.array([80, 106])[:, None, None])) > 62
+    assert seen[far].std() < 0.25 * seen[~far].std()
+    assert frame[1::3, 1::3][:160][radius[1::3, 1::3][:160] > 186].std() > 80  # samples do
+
+
+def test_a_larger_preview_repeats_pixels(screen, small):
+    frame = every_level(small.shape)
+    seen = preview(screen, small.shape, frame, (small.width * 2, small.height * 2))
+    assert np.array_equal(seen[::2, ::2], frame) and np.array_equal(seen[1::2, 1::2], frame)
 
 
 def test_wrong_frames_are_refused(screen, small):

@@ -1,15 +1,18 @@
 """The player's parts that need no graphics: keys, ring, timing, log, playlist, monitors."""
 
 import csv
+import json
 import queue
 import threading
 import time
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
 
 from chrmc.pictures import write_grey
 from chrmc.slm import LC_R_1080, SLM
+from display.edid import drm_labels, label_of
 from display.log import COLUMNS, Flip, FlipLog
 from display.monitors import Monitor, choose
 from display.playlist import Picture, open_playlist
@@ -154,7 +157,15 @@ def test_drawing_time_is_not_taken_for_a_refresh(drawing):
 def test_a_wild_screen_has_no_refresh():
     screen = Screen(1 / 60, jitter=0.02)
     assert screen.measure().period is None
+    assert screen.now < 2.1
     assert screen.measure(reported=60).period is None
+
+
+@pytest.mark.parametrize("period", [0.07, 0.3, 0.9])
+def test_a_slow_screen_costs_two_seconds_at_most(period):
+    screen = Screen(period, jitter=0.3 * period)
+    screen.measure()
+    assert screen.now < 2 + 2.3 * period
 
 
 def test_rates_that_divide_and_that_do_not():
@@ -192,6 +203,48 @@ def test_log_lines_are_on_disk_at_once(tmp_path):
             assert rows[-1][:4] == [str(n), str(n), "a,b.tif", "ff"]
 
 
+def test_what_holds_for_all_flips_lies_beside_the_log(tmp_path):
+    path = tmp_path / "flips.csv"
+    with FlipLog(path) as log:
+        log.describe(monitor={"name": "DP-1"}, window_manager="Openbox")
+    facts = json.loads((tmp_path / "flips.json").read_text())
+    assert facts["window_manager"] == "Openbox" and facts["monitor"]["name"] == "DP-1"
+    stamp = datetime.fromisoformat(facts["utc"])
+    assert abs((datetime.now(UTC) - stamp).total_seconds()) < 60
+    assert abs(time.perf_counter() - facts["clock"]) < 60
+    assert {"chrmc", "python", "numpy", "moderngl", "glfw", "system"} <= set(facts["versions"])
+
+
+def edid(name=b"LC-R 1080", maker="HOL", product=0x1080):
+    block = bytearray(128)
+    block[:8] = b"\x00\xff\xff\xff\xff\xff\xff\x00"
+    first, second, third = (ord(letter) - 64 for letter in maker)
+    block[8:10] = (first << 10 | second << 5 | third).to_bytes(2, "big")
+    block[10:12] = product.to_bytes(2, "little")
+    if name is not None:
+        block[90:108] = b"\x00\x00\x00\xfc\x00" + name.ljust(13, b"\n")[:13]
+    return bytes(block)
+
+
+def test_a_label_is_read_from_edid():
+    assert label_of(edid()) == "LC-R 1080"
+    assert label_of(edid(b"HOLOEYE PLUTO")) == "HOLOEYE PLUTO"  # 13 characters, no newline
+    assert label_of(edid(None)) == "HOL 1080"
+    for wrong in (b"", b"abc", bytes(128), edid()[:100], b"\x01" + edid()[1:]):
+        assert label_of(wrong) == ""
+
+
+def test_labels_from_the_graphics_driver(tmp_path):
+    for output, data in (
+        ("card0-DP-1", edid()),
+        ("card1-HDMI-A-2", edid(None)),
+        ("card0-VGA-1", b""),
+    ):
+        (tmp_path / output).mkdir()
+        (tmp_path / output / "edid").write_bytes(data)
+    assert drm_labels(tmp_path) == {"DP-1": "LC-R 1080", "HDMI-A-2": "HOL 1080"}
+
+
 def test_playlist_names_what_is_wrong(tmp_path, video_maker, small):
     folder = video_maker(tmp_path / "video", small, 4)
     playlist = open_playlist(folder)
@@ -224,8 +277,8 @@ def test_a_picture_must_have_the_slms_pixels(tmp_path, small):
         open_playlist(tmp_path / "text.png", small)
 
 
-def monitor(index, name, width=1920, height=1200, primary=False, modes=()):
-    return Monitor(index, name, 0, 0, width, height, 60.0, (1.0, 1.0), primary, modes)
+def monitor(index, name, width=1920, height=1200, primary=False, modes=(), label=""):
+    return Monitor(index, name, 0, 0, width, height, 60.0, (1.0, 1.0), primary, modes, label)
 
 
 DESK = monitor(0, "DELL U2412M", primary=True)
@@ -239,6 +292,16 @@ def test_monitors_are_chosen_by_name_part_or_index():
         assert choose(all_three, wanted, LC_R_1080) is PANEL
     assert choose([DESK, OTHER], None, LC_R_1080) is DESK
     assert choose(all_three, "pluto", LC_R_1080, any_size=True) is OTHER
+
+
+def test_monitors_are_chosen_by_their_label():
+    desk = monitor(0, "DP-1", primary=True, label="DELL U2412M")
+    panel, twin = (monitor(n, f"DP-{n + 1}", label="HOLOEYE LC-R") for n in (1, 2))
+    assert choose([desk, panel], "holoeye", LC_R_1080) is panel
+    assert choose([desk, panel], "HOLOEYE LC-R", LC_R_1080) is panel
+    assert choose([desk, panel, twin], "DP-3", LC_R_1080) is twin
+    with pytest.raises(ValueError, match=r"2 monitors match .*'HOLOEYE LC-R' on 'DP-2'.*index"):
+        choose([desk, panel, twin], "holoeye", LC_R_1080)
 
 
 @pytest.mark.parametrize(

@@ -176,9 +176,7 @@ def test_a_monitor_that_goes_away_ends_play_with_one_line(
         _, errors = player.communicate(timeout=30)
     finally:
         player.kill()
-        back = ["--output", "DUMMY1", "--mode", "slm", "--pos", "800x0"]
-        two_monitors.run("xrandr", *back)
-        wait_for(lambda: "DUMMY1 connected 640x480+800+0" in two_monitors.run("xrandr"))
+        two_monitors.restore()
     assert player.returncode == 2, errors
     lines = [line for line in errors.strip().splitlines() if not line.startswith("warning")]
     assert len(lines) == 1 and "disconnected" in lines[0] and "log saved in" in lines[0], errors
