@@ -5,7 +5,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 bash "$here/setup.sh" dev,viewer,crosscheck,movie libegl1 libgl1 libgl1-mesa-dri libegl-mesa0 xvfb xauth \
-    xserver-xorg-core xserver-xorg-video-dummy x11-xserver-utils xdotool imagemagick
+    xserver-xorg-core xserver-xorg-video-dummy x11-xserver-utils x11-utils xdotool wmctrl imagemagick dbus metacity openbox
 cd "$here/.."
 marks=()
 if [ "${1:-}" = "--long" ]; then
