@@ -6,13 +6,21 @@ from typing import Any
 import click
 
 from chrmc.cli.arguments import recipe_options
+from chrmc.cli.scene_options import SCENE_NAMES, scene_from, scene_options, things_argument
 from chrmc.slm import SLM
 
 
 @click.command("generate")
-@click.argument("scene")
+@things_argument
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write.")
 @recipe_options
+@scene_options
+@click.option(
+    "--export-points",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="Also write the scene's points of all frames to an .npz.",
+)
 @click.option(
     "--check-pixels",
     type=click.IntRange(0),
@@ -31,28 +39,40 @@ from chrmc.slm import SLM
     "--force", is_flag=True, help="Replace another video in the folder, once the new one stands."
 )
 def command(
-    scene: str,
+    things: tuple[str, ...],
     out: Path,
     frames: tuple[int, int] | None,
     slm: SLM,
     wavelength: float | None,
     form: str,
+    export_points: Path | None,
     png: bool,
     force: bool,
     **rest: Any,
 ) -> int:
-    """Make a hologram video of SCENE: a built-in name, a folder of RGB-D frames, or FILE.py:NAME.
+    """Make a hologram video of THING: a built-in scene, a folder of RGB-D frames,
+    FILE.py:NAME, or files.
+
+    Files are meshes (.glb .gltf .obj .ply .stl), point clouds (.ply .xyz .csv .npz), pictures
+    (a.png@0.22 b.png@0.28: at depths in metres), text:WORDS, a scene.toml, or a folder of a depth
+    camera's pictures.
 
     A stopped run is continued by the same command.
     """
     from chrmc.generation import make_video, summary
     from chrmc.python_file import is_python_name
     from chrmc.recipe import recipe_for
-    from chrmc.scene.load import load_scene
     from chrmc.store import open_video
 
-    source = scene if is_python_name(scene) else None
-    recipe = recipe_for(load_scene(scene, form=form), slm, wavelength, source=source, **rest)
+    sized = {name: rest.pop(name) for name in SCENE_NAMES}
+    scene = scene_from(things, form, slm, wavelength, sized)
+    if export_points is not None:
+        from chrmc.scene.sources.export import write_export
+
+        count = write_export(scene, export_points)
+        click.echo(f"{export_points}: {count} points of {scene.frame_count} frames")
+    source = things[0] if is_python_name(things[0]) else None
+    recipe = recipe_for(scene, slm, wavelength, source=source, **rest)
     made = make_video(recipe, out, frames, ".png" if png else ".tif", force=force)
     video = open_video(out)
     click.echo(f"{out}: {made} frames made, {len(video.frames) - made} kept")

@@ -8,17 +8,19 @@ import click
 
 from chrmc.cli.arguments import recipe_options
 from chrmc.cli.play import show, surface_options
+from chrmc.cli.scene_options import SCENE_NAMES, scene_from, scene_options, things_argument
 from chrmc.slm import SLM
 
 
 @click.command("live")
-@click.argument("scene")
+@things_argument
 @recipe_options
+@scene_options
 @click.option("--loop", is_flag=True, help="Begin again after the last frame.")
 @click.option("--ahead", type=int, default=3, show_default=True, help="Frames made ahead.")
 @surface_options
 def command(
-    scene: str,
+    things: tuple[str, ...],
     frames: tuple[int, int] | None,
     slm: SLM,
     wavelength: float | None,
@@ -27,7 +29,9 @@ def command(
     ahead: int,
     **rest: Any,
 ) -> int:
-    """Generate SCENE and show it at once: on a monitor, in a window, or headless.
+    """Generate THING and show it at once: on a monitor, in a window, or headless.
+
+    THING is what `chrmc generate` takes.
 
     A thread makes the frames, the player shows each as soon as it is there and its flip has come.
     At the end it says which rate was reached and what limited it.
@@ -35,7 +39,6 @@ def command(
     from chrmc.generation import grey_levels
     from chrmc.grey_levels import video_scale
     from chrmc.recipe import recipe_for
-    from chrmc.scene.load import load_scene
     from chrmc.scene.scene import frame_range
     from display.live import LiveReel
     from display.playlist import Picture
@@ -44,7 +47,9 @@ def command(
         raise ValueError(f"--ahead must be at least 1 frame, not {ahead}")
     names = ("cgh", "compensation", "surface", "tolerance", "encoding", "gamma", "response")
     chosen = {name: rest.pop(name) for name in (*names, "settings")}
-    recipe = recipe_for(load_scene(scene, form=form), slm, wavelength, check_pixels=0, **chosen)
+    sized = {name: rest.pop(name) for name in SCENE_NAMES}
+    scene = scene_from(things, form, slm, wavelength, sized)
+    recipe = recipe_for(scene, slm, wavelength, check_pixels=0, **chosen)
     numbers = frame_range(recipe.scene, frames)
     scale = video_scale(recipe.scene, slm, recipe.wavelength, recipe.coding)
     stages: dict[str, float] = {}

@@ -24,6 +24,7 @@ class PointScene:
     visible : object name to its `Visibility`; objects without one show all points in all frames
     pixel_pitch : metres, lateral tolerance of checks
     wavelength : metres, or None for whatever the user picks
+    notes : what was done to get here, for the user to read, a sentence each
 
     `scene.frame(n)` has the same points in the same order whenever it is asked.
     """
@@ -35,6 +36,7 @@ class PointScene:
     pixel_pitch: float = 40.5e-6
     wavelength: float | None = None
     form: str = "points"
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.bodies:

@@ -7,7 +7,7 @@ threshold of its own, drawn once: so a surface shows as many points per visible 
 side, and is as bright as a diffuse one (Lambert's law).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
 from chrmc.scene.rgbd import DepthPlanes, RGBDFrame, pixel_centres
-from chrmc.scene.rgbd_scene import RGBDScene
+from chrmc.scene.rgbd_scene import RGBDScene, rasterised
 from chrmc.scene.scene import Pose
 from chrmc.scene.surface.sampling import sample
 from chrmc.scene.surface.shading import Lamp, brightness
@@ -43,6 +43,8 @@ class Cast:
     poses : name to one pose per frame, or a single one
     spacing : metres between points of the surfaces, √(area per point)
     lamp : None for unlit surfaces; its light is fixed to each body as in frame 1
+    shown : (N, 3) world positions to which of them the SLM can show at all; None for all
+    notes : what was done to get here, for `PointScene.notes`
     """
 
     name: str
@@ -50,9 +52,11 @@ class Cast:
     poses: Mapping[str, Sequence[Pose]]
     spacing: float
     lamp: Lamp | None = None
+    shown: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None
     seed: int = SEED
     pixel_pitch: float = 40.5e-6
     wavelength: float | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def frame_count(self) -> int:
@@ -66,7 +70,12 @@ class Cast:
 
     @property
     def surfaces(self) -> dict[str, Surface]:
-        """The bodies that can hide something."""
+        """The bodies that hide something."""
+        return {n: b for n, b in self.bodies.items() if isinstance(b, Surface) and b.opaque}
+
+    @property
+    def drawn(self) -> dict[str, Surface]:
+        """The bodies that a picture shows."""
         return {name: b for name, b in self.bodies.items() if isinstance(b, Surface)}
 
     def points(self) -> PointScene:
@@ -79,7 +88,7 @@ class Cast:
             else:
                 clouds[name], normals[name] = body, None
         visible = None
-        if self.surfaces:
+        if self.surfaces or self.shown is not None:
             seen = _Seen(self, clouds, normals)
             visible = {name: partial(seen.mask, name) for name in clouds}
         return PointScene(
@@ -89,6 +98,7 @@ class Cast:
             visible=visible,
             pixel_pitch=self.pixel_pitch,
             wavelength=self.wavelength,
+            notes=self.notes,
         )
 
     def _sampled(
@@ -114,9 +124,9 @@ class Cast:
 
     def pictures(self, shape: tuple[int, int], planes: DepthPlanes | None = None) -> RGBDScene:
         """The scene as intensity, depth and object pictures, seen along z."""
-        surfaces = self.surfaces
+        surfaces = self.drawn
         if not surfaces:
-            raise ValueError(f"{self.name} has no surface to draw: rgbd pictures need one")
+            return rasterised(self.points(), shape, planes)
         buffer, owner = _buffer(surfaces)
 
         @lru_cache(maxsize=KEPT_FRAMES)
@@ -166,7 +176,8 @@ class _Seen:
     ) -> None:
         self._cast, self._clouds, self._normals = cast, clouds, normals
         self._surfaces = cast.surfaces
-        self._buffer, _ = _buffer(self._surfaces)
+        self._closed = {n: b.closed for n, b in cast.bodies.items() if isinstance(b, Surface)}
+        self._buffer = _buffer(self._surfaces)[0] if self._surfaces else None
         rng = np.random.default_rng([cast.seed, 2])
         self._threshold = {name: rng.uniform(size=len(c)) for name, c in clouds.items()}
         self._masks = lru_cache(maxsize=KEPT_FRAMES)(self._find)
@@ -177,31 +188,37 @@ class _Seen:
 
     def _find(self, number: int) -> dict[str, NDArray[np.bool_]]:
         poses = {name: self._cast.pose(name, number) for name in self._clouds}
-        corners = np.concatenate(
-            [poses[name].apply(s.vertices) for name, s in self._surfaces.items()]
-        )
-        if corners[:, 2].min() <= 0:
-            raise ValueError(
-                f"frame {number}: a surface reaches to or behind the hologram (smallest z "
-                f"{corners[:, 2].min() * 1e3:.4g} mm): move it to z > 0"
+        view, depth = None, np.zeros((1, 1), np.float32)
+        if self._buffer is not None:
+            corners = np.concatenate(
+                [poses[name].apply(s.vertices) for name, s in self._surfaces.items()]
             )
-        view = _View.on(corners, self._cast.spacing)
-        depth, _ = self._buffer.draw(view.place(corners), view.shape)
+            if corners[:, 2].min() <= 0:
+                raise ValueError(
+                    f"frame {number}: a surface reaches to or behind the hologram (smallest z "
+                    f"{corners[:, 2].min() * 1e3:.4g} mm): move it to z > 0"
+                )
+            view = _View.on(corners, self._cast.spacing)
+            depth, _ = self._buffer.draw(view.place(corners), view.shape)
         return {name: self._seen(name, poses[name], view, depth) for name in self._clouds}
 
     def _seen(
-        self, name: str, pose: Pose, view: "_View", depth: NDArray[np.float32]
+        self, name: str, pose: Pose, view: "_View | None", depth: NDArray[np.float32]
     ) -> NDArray[np.bool_]:
         body, normals = self._clouds[name].positions, self._normals[name]
         if normals is None:
             seen = np.ones(len(body), dtype=bool)
         else:
             cosine = _inclination(pose, body, normals)
-            if not self._surfaces[name].closed:
+            if not self._closed[name]:
                 cosine = np.abs(cosine)
             seen = cosine > self._threshold[name]
         asked = np.flatnonzero(seen)
-        seen[asked] = view.in_front(pose.apply(body[asked]), depth)
+        world = pose.apply(body[asked])
+        if view is not None:
+            seen[asked] = view.in_front(world, depth)
+        if self._cast.shown is not None:
+            seen[asked] &= self._cast.shown(world)
         return seen
 
 
@@ -262,7 +279,7 @@ def _picture(
     owner: NDArray[np.intp],
 ) -> RGBDFrame:
     """One frame along z: faces from the z-buffer, places and greys computed anew in doubles."""
-    surfaces = cast.surfaces
+    surfaces = cast.drawn
     corners = np.concatenate(
         [cast.pose(name, number).apply(s.vertices) for name, s in surfaces.items()]
     )

@@ -26,15 +26,12 @@ class Lamp:
         if not 0 <= self.ambient <= 1:
             raise ValueError(f"ambient light is a share from 0 to 1, not {self.ambient}")
 
-    def shade(self, normals: NDArray[np.float64], closed: bool) -> NDArray[np.float64]:
+    def shade(self, normals: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N,) light on surfaces of (N, 3) unit normals, 0 … 1.
 
-        The lamp is as large as the sky's half: ((1 + n·l)/2)², so that no part is black. Faces of
-        an open surface are lit from both sides.
+        The lamp is as large as the sky's half: ((1 + n·l)/2)², so that no part is black.
         """
         facing = normals @ (np.asarray(self.towards) / np.linalg.norm(self.towards))
-        if not closed:
-            facing = np.abs(facing)
         return self.ambient + (1 - self.ambient) * ((1 + facing) / 2) ** 2
 
 
@@ -52,4 +49,4 @@ def brightness(
     grey = np.clip(surface.paint(face, weights), 0, None)
     if lamp is None:
         return grey
-    return grey * lamp.shade(surface.normal_at(face, weights) @ rotation.T, surface.closed)
+    return grey * lamp.shade(surface.normal_at(face, weights) @ rotation.T)

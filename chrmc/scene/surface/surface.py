@@ -1,7 +1,7 @@
 """A painted triangle mesh: what an opaque body is made of."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +24,7 @@ class Surface:
     paint : reflectance anywhere on them
     normals : (V, 3) for smooth shading, or None for flat faces
     closed : whether the faces enclose a body and look outward, so that backs are never seen
+    opaque : whether it hides what is behind it
     """
 
     vertices: NDArray[np.float64]
@@ -31,6 +32,7 @@ class Surface:
     paint: Paint
     normals: NDArray[np.float64] | None = None
     closed: bool = True
+    opaque: bool = True
 
     @cached_property
     def _crossed(self) -> NDArray[np.float64]:
@@ -64,12 +66,9 @@ class Surface:
         normal = np.einsum("nk,nkx->nx", weights, corner)
         return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
-    def moved(self, scale: float, rotation: NDArray[np.float64]) -> "Surface":
-        """The same surface scaled and turned: vertices become scale·rotation @ vertex."""
-        normals = None if self.normals is None else self.normals @ rotation.T
-        return Surface(
-            scale * self.vertices @ rotation.T, self.faces, self.paint, normals, self.closed
-        )
+    def moved(self, scale: float, centre: NDArray[np.float64]) -> "Surface":
+        """The same surface about another origin and in another size: scale·(vertex − centre)."""
+        return replace(self, vertices=scale * (self.vertices - centre))
 
 
 def from_solid(solid: Solid) -> Surface:
@@ -82,3 +81,30 @@ def from_solid(solid: Solid) -> Surface:
 
     surface = Surface(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), paint)
     return surface
+
+
+def join(surfaces: Sequence[Surface]) -> Surface:
+    """Several surfaces as one rigid body; closed when all of them are."""
+    if len(surfaces) == 1:
+        return surfaces[0]
+    vertex = np.cumsum([0, *(len(s.vertices) for s in surfaces)])
+    first = np.cumsum([0, *(len(s.faces) for s in surfaces)])
+
+    def paint(face: NDArray[np.intp], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        grey = np.zeros(len(face))
+        owner = np.searchsorted(first, face, side="right") - 1
+        for k in np.unique(owner):
+            mine = owner == k
+            grey[mine] = surfaces[k].paint(face[mine] - first[k], weights[mine])
+        return grey
+
+    # Flat parts say so by normals that agree with no face.
+    normals = [np.zeros_like(s.vertices) if s.normals is None else s.normals for s in surfaces]
+    return Surface(
+        np.concatenate([s.vertices for s in surfaces]),
+        np.concatenate([s.faces + n for s, n in zip(surfaces, vertex, strict=False)]),
+        paint,
+        np.concatenate(normals),
+        all(s.closed for s in surfaces),
+        surfaces[0].opaque,
+    )

@@ -26,7 +26,7 @@ def run(*arguments: str | Path) -> int:
     ("arguments", "words"),
     [
         (["nonsense"], "nonsense"),
-        (["generate"], "SCENE"),
+        (["generate"], "THING"),
         (["generate", "no-such-scene", "--out", "x"], "car-house"),
         (["generate", "car-house"], "--out"),
         (["generate", "car-house", "--out", "x", "--frames", "0:3"], "frames 1 to 80"),

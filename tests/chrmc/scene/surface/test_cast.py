@@ -118,7 +118,7 @@ def test_pictures_and_points_show_the_same() -> None:
 
 def test_lamp_on_the_left_lights_the_left_and_nothing_is_black() -> None:
     lamp = Lamp((-1.0, 0.0, 0.0), ambient=0.1)
-    left, right, front = lamp.shade(np.array([[-1.0, 0, 0], [1, 0, 0], [0, 0, -1]]), True)
+    left, right, front = lamp.shade(np.array([[-1.0, 0, 0], [1, 0, 0], [0, 0, -1]]))
     assert left == pytest.approx(1)
     assert 0 < right < front < left
     with pytest.raises(ValueError, match="direction"):

@@ -1,0 +1,177 @@
+"""Point clouds: XYZ, CSV and NPZ (PLY comes through the mesh reader)."""
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.scene.points import PointCloud
+from chrmc.scene.sources.colour import luminance
+from chrmc.scene.sources.model import Model, only_line
+
+SEED = 20180917
+"""Of random phases where a file has none."""
+AXES = ("x", "y", "z")
+_NAMES = {
+    "amplitude": ("amplitude", "amp", "a"),
+    "intensity": ("intensity", "i", "grey", "gray"),
+    "phase": ("phase", "phi"),
+}
+_COLOURS = (("r", "red"), ("g", "green"), ("b", "blue"))
+
+
+def cloud_of(
+    positions: Any,
+    intensity: Any = None,
+    *,
+    amplitude: Any = None,
+    phase: Any = None,
+) -> PointCloud:
+    """Points whose missing amplitudes are 1 and whose missing phases are random.
+
+    positions : (N, 3); intensity, amplitude : (N,) ≥ 0; phase : (N,) radians
+    """
+    place = np.asarray(positions, dtype=np.float64).reshape(-1, 3)
+    finite = np.isfinite(place).all(axis=1)
+    if amplitude is None:
+        light = np.ones(len(place)) if intensity is None else np.asarray(intensity, np.float64)
+        if (light < 0).any():
+            raise ValueError(f"intensity is negative (down to {light.min():.4g})")
+        amplitude = np.sqrt(light)
+    if phase is None:
+        phase = np.random.default_rng(SEED).uniform(0, 2 * np.pi, len(place))
+    return PointCloud(
+        place[finite],
+        np.asarray(amplitude, np.float64)[finite],
+        np.asarray(phase, np.float64)[finite],
+    )
+
+
+def read_cloud(path: Path) -> Model:
+    """A cloud as columns x, y, z and more, or an .npz with `positions`.
+
+    Columns go by a header's names (x y z, amplitude or intensity or r g b, phase), else by their
+    number: x y z, x y z intensity, x y z r g b. Lines of NaN are left out, and counted.
+    """
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is missing")
+    names, table = read_table(path)
+    column = _columns(path, names, table.shape[1])
+    place = table[:, [column[a] for a in AXES]]
+    finite = np.isfinite(table[:, sorted(set(column.values()))]).all(axis=1)
+    notes: tuple[str, ...] = ()
+    if not finite.all():
+        notes = (f"{path.name}: {(~finite).sum()} lines without all numbers left out",)
+        table, place = table[finite], place[finite]
+    if not len(table):
+        raise ValueError(f"{path} holds no point; write lines of x y z")
+    light = {k: table[:, column[k]] for k in ("amplitude", "intensity", "phase") if k in column}
+    if "red" in column:
+        colour = table[:, [column[c] for c in ("red", "green", "blue")]]
+        light["intensity"] = luminance(colour / (255 if colour.max() > 1 else 1))
+    try:
+        return Model({path.stem: cloud_of(place, **light)}, notes=notes)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def read_table(path: Path) -> tuple[list[str], NDArray[np.float64]]:
+    """Names of the columns, if there, and (N, K) numbers; NaN where there is none."""
+    try:
+        text = path.read_text("utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"{path} is no text: points are lines of x y z") from None
+    lines = [line for line in text.splitlines() if line.strip() and line.lstrip()[0] not in "#%"]
+    if not lines:
+        raise ValueError(f"{path} holds no point; write lines of x y z")
+    if len(lines) > 1 and lines[0].strip().isdigit() and len(lines) - 1 >= int(lines[0]):
+        lines = lines[1:]  # a count of points, as some programs begin their .xyz
+    rows = _split(lines)
+    names: list[str] = []
+    if any(_number(word) is None for word in rows[0][:3]):
+        names = [word.strip().lower() for word in rows[0]]
+        rows = rows[1:]
+    width = len(names) or max((len(r) for r in rows), default=0)
+    table = np.full((len(rows), width), np.nan)
+    for k, row in enumerate(rows):
+        for c, word in enumerate(row[:width]):
+            value = _number(word)
+            if value is not None:
+                table[k, c] = value
+    return names, table
+
+
+def _split(lines: list[str]) -> list[list[str]]:
+    for sign in ("\t", ";", ","):
+        if sign in lines[0]:
+            return [row for row in csv.reader(lines, delimiter=sign) if row]
+    return [line.split() for line in lines]
+
+
+def _number(word: str) -> float | None:
+    try:
+        return float(word)
+    except ValueError:
+        return None
+
+
+def _columns(path: Path, names: list[str], width: int) -> dict[str, int]:
+    """What stands in which column."""
+    if not names:
+        order = {3: "xyz", 4: "xyzi", 6: "xyzrgb"}.get(width)
+        if order is None:
+            raise ValueError(
+                f"{path} has {width} columns and no header: give it one (x,y,z,amplitude,phase), "
+                "or write x y z, x y z intensity or x y z r g b"
+            )
+        long = {"i": "intensity", "r": "red", "g": "green", "b": "blue"}
+        return {long.get(c, c): k for k, c in enumerate(order)}
+    column = {a: names.index(a) for a in AXES if a in names}
+    if len(column) < 3:
+        raise ValueError(f"{path} has columns {', '.join(names)}; x, y and z are needed")
+    for key, called in _NAMES.items():
+        find_column(column, names, key, called)
+    colours = [next((names.index(c) for c in pair if c in names), None) for pair in _COLOURS]
+    if "amplitude" not in column and "intensity" not in column and None not in colours:
+        column.update(zip(("red", "green", "blue"), (c or 0 for c in colours), strict=True))
+    return column
+
+
+def find_column(
+    column: dict[str, Any], names: list[str], key: str, called: tuple[str, ...]
+) -> None:
+    """Note the column of the first name that is there."""
+    for name in called:
+        if name in names:
+            column[key] = names.index(name)
+            return
+
+
+def read_npz(path: Path) -> Model:
+    """An .npz with positions (N, 3), and amplitude, intensity or colours, and phase, if there."""
+    arrays = load_arrays(path)
+    if "positions" not in arrays:
+        raise ValueError(f"{path} holds {', '.join(arrays) or 'nothing'}; positions are needed")
+    light = {k: arrays[k] for k in ("amplitude", "intensity", "phase") if k in arrays}
+    if "amplitude" in light:
+        light.pop("intensity", None)
+    if not light.keys() & {"amplitude", "intensity"} and "colors" in arrays:
+        colour = np.asarray(arrays["colors"], np.float64)[:, :3]
+        light["intensity"] = luminance(colour / (255 if colour.max(initial=0) > 1 else 1))
+    try:
+        return Model({path.stem: cloud_of(arrays["positions"], **light)})
+    except (ValueError, IndexError) as error:
+        raise ValueError(f"{path}: {only_line(error)}") from None
+
+
+def load_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """All arrays of an .npz; OSError in one line."""
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is missing")
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            return {name: stored[name] for name in stored.files}
+    except Exception as error:  # zip, header and pickle errors alike
+        raise OSError(f"{path} cannot be read as .npz ({only_line(error)})") from None

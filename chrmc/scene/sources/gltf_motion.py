@@ -1,0 +1,222 @@
+"""The node animations of a glTF file: one rigid motion per animated node."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+from chrmc.scene.scene import Pose
+from chrmc.scene.sources.model import only_line
+
+RATE = 24.0
+"""Frames per second at which animations are sampled."""
+MOST_FRAMES = 100_000
+_TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTH = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+
+
+@dataclass(frozen=True)
+class Motion:
+    """poses : node name (as trimesh calls it) to its pose in the file, per frame
+    scales : node name to (3,) its size in the first frame, which the pose leaves out
+    """
+
+    poses: dict[str, list[Pose]] = field(default_factory=dict)
+    scales: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    rate: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+def read_motion(path: Path) -> Motion:
+    """All animations of a file at once, sampled at 24 frames a second."""
+    try:
+        import pygltflib
+    except ImportError:
+        raise ValueError(
+            f"{path.name}: animations are read by pygltflib; install it with pip install "
+            "'chrmc[scenes]'"
+        ) from None
+    try:
+        gltf = pygltflib.GLTF2().load(str(path))
+        if gltf is None:
+            return Motion()
+        notes = _not_rigid(gltf, path)
+        channels = _channels(gltf)
+        if not channels:
+            return Motion(notes=notes)
+        return _sampled(gltf, channels, notes)
+    except KeyboardInterrupt:
+        raise
+    except Exception as error:  # whatever a damaged file leads the decoder to
+        raise OSError(f"{path}: its animation cannot be read ({only_line(error)})") from None
+
+
+def _not_rigid(gltf: Any, path: Path) -> tuple[str, ...]:
+    notes = []
+    if gltf.skins:
+        notes.append(f"{path.name}: has a skin, which is shown in its rest pose")
+    if any(p.targets for m in gltf.meshes for p in m.primitives):
+        notes.append(f"{path.name}: has shapes that morph, shown as they are at rest")
+    return tuple(notes)
+
+
+_Channel = tuple[NDArray[np.float64], NDArray[np.float64], str]
+
+
+def _channels(gltf: Any) -> dict[tuple[int, str], _Channel]:
+    """(node, path) to times, values and interpolation."""
+    found: dict[tuple[int, str], _Channel] = {}
+    joints = {j for skin in gltf.skins for j in skin.joints}
+    for animation in gltf.animations:
+        for channel in animation.channels:
+            node, what = channel.target.node, channel.target.path
+            if node is None or node in joints or what not in ("translation", "rotation", "scale"):
+                continue
+            sampler = animation.samplers[channel.sampler]
+            times = _accessor(gltf, sampler.input)[:, 0]
+            values = _accessor(gltf, sampler.output)
+            kind = sampler.interpolation or "LINEAR"
+            if len(times) == 0 or len(values) != len(times) * (3 if kind == "CUBICSPLINE" else 1):
+                raise ValueError(f"{len(times)} times but {len(values)} values in an animation")
+            found[node, what] = (times, values, kind)
+    return found
+
+
+def _accessor(gltf: Any, index: int) -> NDArray[np.float64]:
+    """(N, K) numbers of an accessor; whole numbers are normalised as glTF says."""
+    accessor = gltf.accessors[index]
+    view = gltf.bufferViews[accessor.bufferView]
+    data = _buffer(gltf, view.buffer)
+    kind = np.dtype(_TYPES[accessor.componentType])
+    width = _WIDTH[accessor.type]
+    start = (view.byteOffset or 0) + (accessor.byteOffset or 0)
+    stride = view.byteStride or width * kind.itemsize
+    values = np.ndarray((accessor.count, width), kind, data, start, (stride, kind.itemsize)).astype(
+        np.float64
+    )
+    return values if kind.kind == "f" else np.maximum(values / np.iinfo(kind).max, -1)
+
+
+def _buffer(gltf: Any, index: int) -> bytes:
+    uri = gltf.buffers[index].uri
+    return bytes(gltf.binary_blob() if uri is None else gltf.get_data_from_buffer_uri(uri))
+
+
+def _sampled(
+    gltf: Any, channels: dict[tuple[int, str], _Channel], notes: tuple[str, ...]
+) -> Motion:
+    names = _names(gltf)
+    parents = {child: k for k, node in enumerate(gltf.nodes) for child in node.children or ()}
+    first = min(float(times[0]) for times, _, _ in channels.values())
+    last = max(float(times[-1]) for times, _, _ in channels.values())
+    count = round((last - first) * RATE) + 1
+    if not 0 < count <= MOST_FRAMES:
+        raise ValueError(f"it lasts {last - first:.4g} s")
+    moving = {node for node, _ in channels}
+    poses: dict[str, list[Pose]] = {names[node]: [] for node in moving}
+    scales: dict[str, NDArray[np.float64]] = {}
+    bent = False
+    for k in range(count):
+        time = min(first + k / RATE, last)
+        local = [_local(gltf, node, channels, time) for node in range(len(gltf.nodes))]
+        for node in moving:
+            matrix = _world(node, local, parents)
+            scale = np.linalg.norm(matrix[:3, :3], axis=0)
+            name = names[node]
+            bent |= not np.allclose(scale, scales.setdefault(name, scale), rtol=1e-3)
+            rotation, _ = _nearest_rotation(matrix[:3, :3] / np.where(scale > 0, scale, 1))
+            poses[name].append(Pose(rotation, matrix[:3, 3]))
+    if bent:
+        notes += ("sizes that change in the animation are kept as in its first frame",)
+    return Motion(poses, scales, RATE, notes)
+
+
+def _world(
+    node: int, local: list[NDArray[np.float64]], parents: dict[int, int]
+) -> NDArray[np.float64]:
+    matrix, seen = local[node], {node}
+    while node in parents:
+        node = parents[node]
+        if node in seen:
+            raise ValueError("a node is its own ancestor")
+        seen.add(node)
+        matrix = local[node] @ matrix
+    return matrix
+
+
+def _nearest_rotation(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """The proper rotation next to a matrix, and how far away it is."""
+    u, _, vt = np.linalg.svd(matrix)
+    rotation = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+    return rotation, float(np.abs(rotation - matrix).max())
+
+
+def _names(gltf: Any) -> dict[int, str]:
+    """Names of the nodes as trimesh makes them unique."""
+    from trimesh.util import unique_name
+
+    index: dict[str, int] = {}
+    counts: dict[str, int] = {}
+    for k, node in enumerate(gltf.nodes):
+        index[unique_name(node.name or str(k), index, counts=counts)] = k
+    return {k: name for name, k in index.items()}
+
+
+def _local(
+    gltf: Any, index: int, channels: dict[tuple[int, str], _Channel], time: float
+) -> NDArray[np.float64]:
+    """(4, 4) a node's place in its parent at a time."""
+    node = gltf.nodes[index]
+    if node.matrix is not None and not any((index, p) in channels for p in _REST):
+        return np.array(node.matrix, dtype=np.float64).reshape(4, 4).T
+    value = {}
+    for what, rest in _REST.items():
+        channel = channels.get((index, what))
+        own = getattr(node, what)
+        value[what] = (
+            np.array(rest if own is None else own)
+            if channel is None
+            else _at(*channel, time, turning=what == "rotation")
+        )
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_quat(value["rotation"]).as_matrix() * value["scale"]
+    matrix[:3, 3] = value["translation"]
+    return matrix
+
+
+_REST = {"translation": [0.0, 0, 0], "rotation": [0.0, 0, 0, 1], "scale": [1.0, 1, 1]}
+
+
+def _at(
+    times: NDArray[np.float64],
+    values: NDArray[np.float64],
+    kind: str,
+    time: float,
+    turning: bool,
+) -> NDArray[np.float64]:
+    """A channel's value at a time, held before its first and after its last key."""
+    if len(times) == 1 or time <= times[0] or time >= times[-1]:
+        end = 0 if len(times) == 1 or time <= times[0] else len(times) - 1
+        return values[3 * end + 1] if kind == "CUBICSPLINE" else values[end]
+    k = int(np.searchsorted(times, time, side="right")) - 1
+    step = times[k + 1] - times[k]
+    u = (time - times[k]) / step
+    if kind == "STEP":
+        return np.asarray(values[k])
+    if kind == "CUBICSPLINE":
+        p0, m0 = values[3 * k + 1], step * values[3 * k + 2]
+        m1, p1 = step * values[3 * k + 3], values[3 * k + 4]
+        u2, u3 = u * u, u**3
+        return np.asarray(
+            (2 * u3 - 3 * u2 + 1) * p0
+            + (u3 - 2 * u2 + u) * m0
+            + (3 * u2 - 2 * u3) * p1
+            + (u3 - u2) * m1
+        )
+    if turning:
+        turn = Slerp([0, 1], Rotation.from_quat(values[k : k + 2]))(u)
+        return np.asarray(turn.as_quat())
+    return np.asarray((1 - u) * values[k] + u * values[k + 1])

@@ -1,0 +1,213 @@
+"""Meshes: glTF, OBJ, PLY and STL, read by trimesh, with colours, textures and materials."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.scene.points import PointCloud
+from chrmc.scene.sources.cloud import cloud_of
+from chrmc.scene.sources.colour import luminance
+from chrmc.scene.sources.gltf_motion import Motion, read_motion
+from chrmc.scene.sources.model import Model, only_line
+from chrmc.scene.surface.surface import Paint, Surface, join
+
+GREY = 0.8
+"""Reflectance of a surface without any colour."""
+
+
+def read_mesh(path: Path) -> Model:
+    """The bodies of a mesh file: one, or one per moving node of an animated glTF.
+
+    Raises ValueError or OSError, in one line, for a file that holds nothing to show. Faces of no
+    area and those with NaN or infinite corners are left out, and counted in the notes.
+    """
+    absent: list[str] = []
+    scene = _load(path, absent)
+    motion = read_motion(path) if path.suffix.lower() in (".glb", ".gltf") else Motion()
+    notes = list(motion.notes)
+    if absent:
+        notes.append(f"{path.name}: {', '.join(dict.fromkeys(absent))} is absent; shown without it")
+    parts: dict[str, list[Surface]] = {}
+    loose: list[PointCloud] = []
+    dropped = 0
+    for node in scene.graph.nodes_geometry:
+        geometry = scene.geometry[scene.graph[node][1]]
+        if not hasattr(geometry, "faces"):
+            if hasattr(geometry, "colors"):
+                loose.append(cloud_of(geometry.vertices, _colours(geometry.colors)))
+            continue
+        name, to_body = _body_of(scene, node, motion)
+        surface, lost = _surface(geometry, to_body)
+        dropped += lost
+        if len(surface.faces):
+            parts.setdefault(name or path.stem, []).append(surface)
+    if dropped:
+        notes.append(f"{path.name}: {dropped} faces of no area or without a place left out")
+    if not parts:
+        return _only_points(path, loose, dropped, notes)
+    bodies: dict[str, Surface | PointCloud] = {n: _closed(join(s)) for n, s in parts.items()}
+    open_ones = [n for n, b in bodies.items() if isinstance(b, Surface) and not b.closed]
+    if open_ones:
+        notes.append(
+            f"{', '.join(open_ones[:3])}{' …' if len(open_ones) > 3 else ''}: the surface is not "
+            "closed, so both of its sides are shown"
+        )
+    up = "z" if path.suffix.lower() == ".stl" else "y"
+    poses = {n: motion.poses[n] for n in bodies if n in motion.poses}
+    return Model(bodies, poses, up, motion.rate, notes=tuple(notes))
+
+
+def _load(path: Path, absent: list[str]) -> Any:
+    try:
+        import trimesh
+    except ImportError:
+        raise ValueError(
+            f"{path.name}: meshes are read by trimesh; install it with pip install 'chrmc[scenes]'"
+        ) from None
+
+    class Beside(trimesh.resolvers.FilePathResolver):
+        """Files beside the mesh, also when named as Windows does; absent ones are noted."""
+
+        def get(self, name: str) -> bytes:
+            plain = name.strip().replace("\\", "/")
+            for each in (plain, Path(plain).name):
+                try:
+                    found: bytes = super().get(each)
+                    return found
+                except (OSError, ValueError):
+                    continue
+            absent.append(Path(plain).name)
+            raise FileNotFoundError(name)
+
+    files = Beside(str(path))
+    try:
+        return trimesh.load_scene(path, resolver=files)
+    except KeyboardInterrupt:
+        raise
+    except Exception as error:  # trimesh lets whatever went wrong in its parsers through
+        raise OSError(
+            f"{path} cannot be read as a mesh ({only_line(error)}): write it again, or convert it"
+        ) from None
+
+
+def _only_points(path: Path, loose: list[PointCloud], dropped: int, notes: list[str]) -> Model:
+    if loose:
+        return Model({path.stem: PointCloud.concatenate(loose)}, notes=tuple(notes))
+    why = f"none of its {dropped} faces has an area" if dropped else "no faces and no points"
+    raise ValueError(f"{path} holds nothing to show: {why}; export it as triangles")
+
+
+def _body_of(scene: Any, node: str, motion: Motion) -> tuple[str | None, NDArray[np.float64]]:
+    """The moving node that carries a node, or None, and (4, 4) the node's place in it."""
+    parents = scene.graph.transforms.parents
+    above: str | None = node
+    while above is not None and above not in motion.poses:
+        above = parents.get(above)
+    matrix = np.asarray(scene.graph.get(node)[0], dtype=np.float64)
+    if above is None:
+        return None, matrix
+    carrier = np.asarray(scene.graph.get(node, frame_from=above)[0], dtype=np.float64)
+    return above, np.diag([*motion.scales[above], 1.0]) @ carrier
+
+
+def _surface(geometry: Any, matrix: NDArray[np.float64]) -> tuple[Surface, int]:
+    """A geometry at its place, and how many of its faces had to go."""
+    vertices = np.asarray(geometry.vertices, dtype=np.float64)
+    faces = np.asarray(geometry.faces, dtype=np.intp)
+    with np.errstate(invalid="ignore", over="ignore"):
+        vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        finite = np.asarray(np.isfinite(vertices).all(axis=1))
+        corner = vertices[faces]
+        area = np.linalg.norm(
+            np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
+        )
+        longest = np.ptp(corner, axis=1).max(axis=1)
+        whole = finite[faces].all(axis=1) & (area > 1e-12 * longest**2) & (area > 0)
+    index = np.flatnonzero(whole)
+    normals = np.asarray(geometry.vertex_normals) @ np.linalg.pinv(matrix[:3, :3])
+    length = np.linalg.norm(np.nan_to_num(normals), axis=1, keepdims=True)
+    normals = np.nan_to_num(normals) / np.where(length > 0, length, 1)
+    paint = _paint(geometry, index)
+    kept = faces[index]
+    if np.linalg.det(matrix[:3, :3]) < 0:  # mirrored by its node: the outside turns over
+        kept = kept[:, ::-1]
+        inner = paint
+
+        def paint(face: NDArray[np.intp], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+            return inner(face, weights[:, ::-1])
+
+    return Surface(np.nan_to_num(vertices), kept, paint, normals), len(faces) - len(index)
+
+
+def _closed(surface: Surface) -> Surface:
+    """The surface with its faces outward, and whether they enclose a body."""
+    from dataclasses import replace
+
+    import trimesh
+
+    used, faces = np.unique(surface.faces, return_inverse=True)
+    # Corners at one place are one: seams of colours and textures are no holes.
+    size = np.ptp(surface.vertices[used], axis=0).max()
+    _, same = np.unique(
+        np.rint(surface.vertices[used] / (1e-6 * size)), axis=0, return_inverse=True
+    )
+    merged = same.reshape(-1)[faces.reshape(surface.faces.shape)]
+    _, first = np.unique(same.reshape(-1), return_index=True)
+    solid = trimesh.Trimesh(surface.vertices[used][first], merged, process=False)
+    closed = bool(solid.is_watertight and solid.is_winding_consistent)
+    if not closed or solid.volume > 0:
+        return replace(surface, closed=closed)
+    turned = surface.faces[:, ::-1]
+    paint = surface.paint
+    return replace(surface, faces=turned, paint=lambda f, w: paint(f, w[:, ::-1]))
+
+
+def _colours(colours: Any) -> NDArray[np.float64]:
+    """(N,) linear luminance of (N, 3 or 4) 8-bit colours."""
+    return luminance(np.asarray(colours)[:, :3] / 255)
+
+
+def _paint(geometry: Any, index: NDArray[np.intp]) -> Paint:
+    """The paint of a trimesh geometry whose faces `index` are kept."""
+    visual = geometry.visual
+    faces = np.asarray(geometry.faces, dtype=np.intp)[index]
+    if visual.kind == "texture" and visual.material is not None:
+        return _textured(visual, faces)
+    if visual.kind == "vertex":
+        grey = _colours(visual.vertex_colors)
+        return lambda face, weights: np.einsum("nk,nk->n", weights, grey[faces[face]])
+    if visual.kind == "face":
+        flat = _colours(visual.face_colors)[index]
+        return lambda face, weights: flat[face]
+    return lambda face, weights: np.full(len(face), GREY)
+
+
+def _textured(visual: Any, faces: NDArray[np.intp]) -> Paint:
+    """Base colour times texture; a texture that is absent is the base colour alone."""
+    material = visual.material
+    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    factor = getattr(material, "baseColorFactor", None)
+    base = GREY
+    if factor is not None:
+        # glTF's factor is linear; trimesh keeps it as 8 bits.
+        colour = np.asarray(factor, dtype=np.float64)[:3] / 255
+        base = float(colour @ np.array([0.2126, 0.7152, 0.0722]))
+    elif image is not None:
+        base = 1.0
+    elif getattr(material, "diffuse", None) is not None:
+        base = float(_colours(np.asarray(material.diffuse)[None])[0])
+    if image is None or visual.uv is None or len(visual.uv) == 0:
+        return lambda face, weights: np.full(len(face), base)
+    grey = luminance(np.asarray(image.convert("RGB"), dtype=np.float64) / 255) * base
+    uv = np.asarray(visual.uv, dtype=np.float64)[:, :2]
+
+    def paint(face: NDArray[np.intp], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        u, v = np.einsum("nk,nkx->xn", weights, uv[faces[face]])
+        height, width = grey.shape
+        column = np.floor(u % 1 * width).astype(np.intp) % width
+        row = np.floor((1 - v) % 1 * height).astype(np.intp) % height
+        return grey[row, column]
+
+    return paint

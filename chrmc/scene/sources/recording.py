@@ -1,0 +1,253 @@
+"""Recordings of depth cameras: colour and depth pictures with pinhole intrinsics."""
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.scene.points import PointCloud
+from chrmc.scene.sources.colour import luminance
+from chrmc.scene.sources.frames import CloudScene
+from chrmc.scene.sources.images import read_samples
+from chrmc.scene.sources.volume import DEPTH, box, cell
+from chrmc.slm import SLM, WAVELENGTH
+
+CAMERA_FILES = ("camera.json", "intrinsics.json", "camera_intrinsics.json", "calibration.json")
+ENDINGS = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
+TUM_SCALE = 1 / 5000
+"""Metres per unit of the depth pictures of the TUM RGB-D set."""
+TUM_CAMERA = (525.0, 525.0, 319.5, 239.5)
+PAIR_WITHIN = 0.02
+"""Seconds between the stamps of a colour and a depth picture of one frame."""
+SEED = 20180917
+EDGE = 0.05
+"""Share of its depth by which a pixel may differ from its neighbours before it counts as one that
+the camera mixed from an edge's two sides."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Pinhole: pixel (u, v) at depth d sees ((u − cx)·d/fx, (v − cy)·d/fy, d).
+
+    unit : metres of one unit of the depth pictures
+    scale : metres here per metre of the recording, None to fit; offset : metres added then
+    """
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    unit: float
+    scale: float | None = None
+    offset: tuple[float, float, float] | None = None
+
+
+def is_recording(path: Path) -> bool:
+    """Whether a folder holds colour and depth pictures in a way that this module reads."""
+    if not path.is_dir():
+        return False
+    if (path / "rgb.txt").is_file() and (path / "depth.txt").is_file():
+        return True
+    return any((path / name).is_file() for name in CAMERA_FILES)
+
+
+def read_recording(folder: Path, slm: SLM, wavelength: float | None = None) -> CloudScene:
+    """A recording as a scene: what the camera saw, scaled to what the SLM shows.
+
+    Pixels of depth 0 (no measurement) are left out, and so are pixels on the edge between two
+    depths. Colour and depth pictures are paired by their time stamps or numbers; one without a
+    partner is left out, and said.
+    """
+    camera = _camera(folder)
+    pairs, notes = _pairs(folder)
+    first = _positions(*_read(pairs[0]), camera)[0]
+    if not len(first):
+        raise ValueError(f"{pairs[0][1]} has no pixel with a depth: nothing to show")
+    low, high = np.percentile(first, [1, 99], axis=0)
+    middle = (low + high) / 2
+    width, height = box(slm, wavelength or WAVELENGTH, DEPTH)
+    scale = camera.scale
+    if scale is None:
+        size = high - low
+        scale = float(min(width / size[0], height / size[1], 0.1 * DEPTH / max(size[2], 1e-9)))
+    offset = np.array(camera.offset or [0, 0, DEPTH]) - (0 if camera.offset else scale * middle)
+    finest = min(cell(slm, wavelength or WAVELENGTH, DEPTH)) / 2
+    spacing = scale * float(np.median(first[:, 2])) / camera.fx
+    step = max(1, int(finest / spacing))
+    notes.append(
+        f"{folder.name}: {len(pairs)} frames, {(high - low)[0]:.3g} × {(high - low)[1]:.3g} × "
+        f"{(high - low)[2]:.3g} m wide, tall and deep, shown {scale:.3g} times as large about "
+        f"{offset[2] + scale * middle[2]:.4g} m"
+        + (f", every {step}th row and column (the SLM resolves no more)" if step > 1 else "")
+    )
+
+    def read(number: int) -> dict[str, PointCloud]:
+        colour, depth = _read(pairs[number - 1])
+        positions, light, index = _positions(colour, depth, camera, step)
+        phases = np.random.default_rng(SEED).uniform(0, 2 * np.pi, depth.shape)
+        # Lambert: a pixel's light is what its solid angle sends, whatever its distance.
+        return {folder.name: PointCloud(offset + scale * positions, np.sqrt(light), phases[index])}
+
+    return CloudScene(
+        name=folder.resolve().name,
+        read=read,
+        frame_count=len(pairs),
+        object_names=(folder.name,),
+        notes=tuple(notes),
+    )
+
+
+def _camera(folder: Path) -> Camera:
+    path = next((folder / n for n in CAMERA_FILES if (folder / n).is_file()), None)
+    if path is None:
+        return Camera(*TUM_CAMERA, TUM_SCALE)
+    try:
+        content = json.loads(path.read_text("utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path} is no JSON: {' '.join(str(error).split())}") from None
+    return camera_of(content, str(path))
+
+
+def camera_of(content: Any, where: str) -> Camera:
+    """A camera from the words of RealSense, Open3D and the TUM set; ValueError in one line."""
+    if not isinstance(content, dict):
+        raise ValueError(f"{where} must be an object with fx, fy, cx, cy")
+    inner: dict[str, Any] = next((content[k] for k in ("camera", "intrinsics", "depth_intrinsics")
+                  if isinstance(content.get(k), dict)), {})  # fmt: skip
+    words = {**content, **inner}
+    matrix = words.get("intrinsic_matrix")
+    if isinstance(matrix, list) and len(matrix) == 9:
+        words |= {"fx": matrix[0], "fy": matrix[4], "cx": matrix[6], "cy": matrix[7]}
+
+    def value(*names: str) -> float:
+        for name in names:
+            if isinstance(words.get(name), int | float) and np.isfinite(words[name]):
+                return float(words[name])
+        raise ValueError(f"{where} has no {names[0]} (pixels); write fx, fy, cx, cy")
+
+    fx, fy = value("fx"), value("fy")
+    if fx <= 0 or fy <= 0:
+        raise ValueError(f"{where}: fx and fy must be positive, not {fx:g} and {fy:g}")
+    offset = words.get("offset")
+    if offset is not None and (not isinstance(offset, list) or len(offset) != 3):
+        raise ValueError(f"{where}: offset must be [x, y, z] in metres")
+    return Camera(
+        fx, fy, value("cx", "ppx"), value("cy", "ppy"), _unit(words, where),
+        None if words.get("scale") is None else value("scale"),
+        None if offset is None else (float(offset[0]), float(offset[1]), float(offset[2])),
+    )  # fmt: skip
+
+
+def _unit(words: dict[str, Any], where: str) -> float:
+    """Metres of one unit of depth: `depth_unit`, or `depth_scale` as units per metre (Open3D,
+    TUM: 1000, 5000) or metres per unit (RealSense: 0.001)."""
+    unit = words.get("depth_unit", words.get("depth_scale", 0.001))
+    if isinstance(unit, bool) or not isinstance(unit, int | float) or not unit > 0:
+        raise ValueError(f"{where}: depth_unit must be metres per unit, such as 0.001")
+    if "depth_unit" not in words and unit > 1:
+        return 1 / float(unit)
+    return float(unit)
+
+
+Pair = tuple[Path, Path]
+
+
+def _pairs(folder: Path) -> tuple[list[Pair], list[str]]:
+    """Colour and depth pictures of each frame in order of time, and what was left out."""
+    if (folder / "rgb.txt").is_file() and (folder / "depth.txt").is_file():
+        colour, depth = (_listed(folder, folder / f) for f in ("rgb.txt", "depth.txt"))
+        within = PAIR_WITHIN
+    else:
+        colour, depth = _found(folder)
+        within = 0.0
+    notes, pairs, used = [], [], set()
+    stamps = np.array(sorted(colour))
+    for stamp in sorted(depth):
+        nearest = stamps[np.abs(stamps - stamp).argmin()]
+        if abs(nearest - stamp) <= within and nearest not in used:
+            used.add(nearest)
+            pairs.append((colour[nearest], depth[stamp]))
+    lonely = len(depth) + len(colour) - 2 * len(pairs)
+    if lonely:
+        notes.append(f"{folder.name}: {lonely} pictures have no partner of their time; left out")
+    if not pairs:
+        raise ValueError(f"{folder}: no colour picture goes with a depth picture; see the docs")
+    return pairs, notes
+
+
+def _listed(folder: Path, path: Path) -> dict[float, Path]:
+    """Stamps and files of a list as the TUM set has it."""
+    found: dict[float, Path] = {}
+    for line in path.read_text("utf-8").splitlines():
+        words = line.split()
+        if len(words) < 2 or words[0].startswith("#"):
+            continue
+        try:
+            stamp = float(words[0])
+        except ValueError:
+            raise ValueError(f"{path}: {line!r} is no time stamp and file") from None
+        if (folder / words[1]).is_file():
+            found[stamp] = folder / words[1]
+    if not found:
+        raise ValueError(f"{path} lists no file that is there")
+    return found
+
+
+def _found(folder: Path) -> tuple[dict[float, Path], dict[float, Path]]:
+    """Pictures by the number in their names: in folders called color or rgb and depth, or with
+    these words in their names."""
+    kinds: dict[bool, dict[float, Path]] = {False: {}, True: {}}
+    for path in sorted(folder.rglob("*")):
+        if path.suffix.lower() not in ENDINGS or path.name.startswith("."):
+            continue
+        words = path.relative_to(folder).as_posix().lower()
+        deep = "depth" in words
+        if not deep and not re.search(r"colou?r|rgb|image", words):
+            continue
+        digits = re.findall(r"\d+(?:\.\d+)?", path.stem)
+        if not digits:
+            raise ValueError(f"{path} has no number in its name: which frame is it?")
+        kinds[deep][float(digits[-1])] = path
+    if not kinds[False] or not kinds[True]:
+        raise ValueError(
+            f"{folder} needs colour and depth pictures: folders rgb and depth, or files such as "
+            "color_0001.png and depth_0001.png"
+        )
+    return kinds[False], kinds[True]
+
+
+def _read(pair: Pair) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(H, W) light 0 … 1 and (H, W) depth in the file's unit."""
+    samples, raw = read_samples(pair[0]), read_samples(pair[1])
+    if raw.dtype != np.uint16:
+        raise ValueError(f"{pair[1]} has 8 bits; depth pictures have 16")
+    if samples.shape[:2] != raw.shape[:2]:
+        raise ValueError(
+            f"{pair[0].name} has {samples.shape[1]} × {samples.shape[0]} pixels, {pair[1].name} "
+            f"{raw.shape[1]} × {raw.shape[0]}: align colour and depth first"
+        )
+    colour = samples[:, :, :3] if samples.shape[2] >= 3 else np.repeat(samples[:, :, :1], 3, 2)
+    light = luminance(colour / np.iinfo(samples.dtype).max)
+    return light, raw[:, :, 0].astype(np.float64)
+
+
+def _positions(
+    light: NDArray[np.float64], depth: NDArray[np.float64], camera: Camera, step: int = 1
+) -> tuple[NDArray[np.float64], NDArray[np.float64], Any]:
+    """(N, 3) metres in the camera's axes (x right, y down), (N,) light, and the pixels."""
+    known = (depth > 0) & (depth < 65535) & (light > 0)
+    # A pixel far from both neighbours of a row or column lies between two surfaces.
+    for axis in (0, 1):
+        before, after = np.roll(depth, 1, axis), np.roll(depth, -1, axis)
+        far = np.minimum(np.abs(depth - before), np.abs(depth - after)) > EDGE * depth
+        known &= ~far
+    kept = np.zeros_like(known)
+    kept[::step, ::step] = True
+    v, u = np.nonzero(known & kept)
+    d = depth[v, u] * camera.unit
+    place = np.stack([(u - camera.cx) * d / camera.fx, (v - camera.cy) * d / camera.fy, d], axis=1)
+    return place, light[v, u], (v, u)
