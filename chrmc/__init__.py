@@ -11,6 +11,7 @@ from chrmc.notebook import show_field
 from chrmc.optics.passband import Passband
 from chrmc.reference import reference_field, relative_error
 from chrmc.response import GreyResponse
+from chrmc.scene.light import scenes_in_light
 from chrmc.scene.load import load_scene
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
@@ -45,6 +46,7 @@ __all__ = [
     "open_video",
     "reference_field",
     "relative_error",
+    "scenes_in_light",
     "show_field",
     "video",
 ]

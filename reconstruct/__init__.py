@@ -4,6 +4,7 @@ Grey levels → 4-f → image → verdict.
 """
 
 from reconstruct.bench import Bench, Filter, Illumination
+from reconstruct.colour import colour_picture
 from reconstruct.four_f_system import FourF, decode_field, four_f, four_f_field
 
 __all__ = [
@@ -11,6 +12,7 @@ __all__ = [
     "Filter",
     "FourF",
     "Illumination",
+    "colour_picture",
     "decode_field",
     "four_f",
     "four_f_field",

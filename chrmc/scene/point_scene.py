@@ -1,7 +1,7 @@
 """A scene of body-fixed points: the built-in scenes are such, and so can yours be."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,5 +110,5 @@ class PointScene:
                 )
             ids = np.flatnonzero(mask)
         shown = body.select(ids)
-        cloud = PointCloud(pose.apply(shown.positions), shown.amplitude, shown.phase)
+        cloud = replace(shown, positions=pose.apply(shown.positions))
         return ObjectFrame(name, cloud, body, ids, pose)

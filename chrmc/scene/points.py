@@ -38,6 +38,8 @@ class PointCloud:
     positions : (N, 3) metres, x right, y down, z > 0 in front of the hologram
     amplitude : (N,) at 1 m distance, so a point's wave is amplitude/r·exp(i(kr + phase))
     phase : (N,) radians
+    colour : (N, 3) linear sRGB of the light, relative to white (1, 1, 1), or None for white:
+        lasers of several wavelengths share a point's light by it (`chrmc.scene.light`)
 
     The arrays are converted to float64 and must be finite.
     """
@@ -45,6 +47,7 @@ class PointCloud:
     positions: NDArray[np.float64]
     amplitude: NDArray[np.float64]
     phase: NDArray[np.float64]
+    colour: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         positions = numbers("positions", self.positions)
@@ -58,6 +61,11 @@ class PointCloud:
             if len(values) != len(positions):
                 raise ValueError(f"{len(positions)} positions but {len(values)} values of {name}")
             object.__setattr__(self, name, values)
+        if self.colour is not None:
+            colour = numbers("colour", self.colour, (len(positions), 3))
+            if colour.size and colour.min() < 0:
+                raise ValueError(f"colour must not be negative, as {colour.min():.3g} is")
+            object.__setattr__(self, "colour", colour)
 
     def __repr__(self) -> str:
         if len(self) == 0:
@@ -80,15 +88,22 @@ class PointCloud:
         parts = list(clouds)
         if not parts:
             return cls.empty()
+        colour = None
+        if any(c.colour is not None for c in parts):
+            colour = np.concatenate(
+                [np.ones((len(c), 3)) if c.colour is None else c.colour for c in parts]
+            )
         return cls(
             np.concatenate([c.positions for c in parts]),
             np.concatenate([c.amplitude for c in parts]),
             np.concatenate([c.phase for c in parts]),
+            colour,
         )
 
     def select(self, index: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "PointCloud":
         """The points that a mask, index array or slice picks."""
-        return PointCloud(self.positions[index], self.amplitude[index], self.phase[index])
+        colour = None if self.colour is None else self.colour[index]
+        return PointCloud(self.positions[index], self.amplitude[index], self.phase[index], colour)
 
     @property
     def intensity(self) -> NDArray[np.float64]:
