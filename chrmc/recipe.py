@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from chrmc.cgh import Method
-from chrmc.compensation import VideoMethod, chosen, scene_wavelength, video
+from chrmc.compensation import VideoMethod, chosen, frames_by, scene_wavelength
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import Coding, coding_for
 from chrmc.manifest import FORMAT
 from chrmc.python_file import identity, is_python_name
 from chrmc.ranges import Count, short
 from chrmc.response import GreyResponse
-from chrmc.scene.scene import Scene, as_scene
+from chrmc.scene.scene import Scene, as_scene, frame_range
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
 
 CHECK_SEED = 20180101
@@ -55,15 +55,15 @@ class Recipe:
 
     def video(self, first: int, last: int, **more: Any) -> Iterator[VideoFrame]:
         """Frames first … last, made one by one; `more` options, such as a cache."""
-        return video(
+        return frames_by(
             self.scene,
             self.slm,
             self.wavelength,
-            cgh=self.cgh,
-            compensation=self.compensation,
-            frames=(first, last),
-            coding=self.coding,
-            **{**self.options, **more},
+            self.coding,
+            frame_range(self.scene, (first, last)),
+            self.cgh,
+            self.compensation,
+            {**self.options, **more},
         )
 
     def group_of(self, number: int) -> range:

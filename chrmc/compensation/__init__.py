@@ -151,10 +151,23 @@ def video(
     """
     scene = as_scene(scene)
     wavelength = scene_wavelength(scene, wavelength)
-    numbers = frame_range(scene, frames)
     if not isinstance(coding, Coding):
         coding = coding_for("real" if coding is None else coding, slm)
-    cgh, compensation, options = chosen(cgh, compensation, None, tolerance, options)
+    choices = chosen(cgh, compensation, None, tolerance, options)
+    return frames_by(scene, slm, wavelength, coding, frame_range(scene, frames), *choices)
+
+
+def frames_by(
+    scene: Scene,
+    slm: SLM,
+    wavelength: float,
+    coding: Coding,
+    numbers: range,
+    cgh: "str | Method",
+    compensation: "str | VideoMethod",
+    options: dict[str, Any],
+) -> Iterator[VideoFrame]:
+    """Frames by methods and options as `chosen` gives them."""
     method = compensation_named(compensation)
     options = method_named(cgh).with_cache(options)
     return method(scene, slm, wavelength, cgh, numbers, coding, **options)

@@ -1,0 +1,219 @@
+"""A frame's bytes and record depend on its group alone: not on order, kills or other runs."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import chrmc
+from chrmc.scene.path import rotation_y
+
+PANEL = chrmc.SLM("panel", 320, 96, 16e-6)
+COUNT = 8
+
+
+def driving_scene() -> chrmc.PointScene:
+    """One body on an arc, whose points come and go, and one that stands still."""
+    rng = np.random.default_rng(3)
+    car, house = (
+        chrmc.PointCloud(
+            rng.uniform(-2e-4, 2e-4, (40, 3)), rng.uniform(0.5, 1, 40), rng.uniform(0, 6, 40)
+        )
+        for _ in range(2)
+    )
+    angles = 0.006 * np.arange(COUNT)
+    poses = [
+        chrmc.Pose(rotation_y(a), np.array([2e-2 * np.sin(a), 1e-4, 0.24 + 2e-2 * np.cos(a)]))
+        for a in angles
+    ]
+    shown = np.random.default_rng(4).random((COUNT, 40)) < 0.9
+    return chrmc.PointScene(
+        "drive",
+        {"car": car, "house": house},
+        {"car": poses, "house": [chrmc.Pose(np.eye(3), np.array([-3e-4, 0, 0.27]))]},
+        {"car": list(shown)},
+    )
+
+
+METHODS: dict[str, dict[str, Any]] = {
+    "none": {"compensation": "none"},
+    "object": {"compensation": "ch-rmc-object"},
+    "paper": {"compensation": "ch-rmc-paper", "cgh": "fresnel", "radius": 0.24},
+    "paper, keys": {"compensation": "ch-rmc-paper", "cgh": "fresnel", "radius": 0.24,
+                    "rekey_every": 2},
+    "tr": {"compensation": "tr-nlut", "cgh": "fresnel"},
+    "mc": {"compensation": "mc-nlut", "cgh": "nlut"},
+    "mpeg": {"compensation": "mpeg-nlut", "cgh": "fresnel"},
+    "3dmc": {"compensation": "3dmc-nlut", "cgh": "fresnel"},
+}  # fmt: skip
+
+
+def timeless(folder: Path) -> list[dict[str, Any]]:
+    """The manifest's entries without times, and what the files hold."""
+    entries = json.loads((folder / "manifest.json").read_text())["frames"]
+    for entry in entries:
+        entry.pop("stage_seconds")
+        entry["bytes"] = (folder / entry["file"]).read_bytes()
+    return entries  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_frames_made_in_any_order_are_the_same(name: str, tmp_path: Path) -> None:
+    options: dict[str, Any] = {"slm": PANEL, "group": 3, "check_pixels": 20} | METHODS[name]
+    chrmc.generate(driving_scene(), tmp_path / "whole", **options)
+    for frames in ((8, 8), (2, 5), (1, 8)):
+        chrmc.generate(driving_scene(), tmp_path / "parts", frames=frames, **options)
+    whole, parts = timeless(tmp_path / "whole"), timeless(tmp_path / "parts")
+    assert whole == parts
+    keys = [entry["number"] for entry in whole if entry["key"]]
+    assert set(keys) >= {1, 4, 7}
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_threads_of_the_matrix_product_change_nothing(threads: int, tmp_path: Path) -> None:
+    from threadpoolctl import threadpool_limits
+
+    options: dict[str, Any] = {"slm": chrmc.SLM("s", 700, 500, 16e-6), "cgh": "fresnel"}
+    chrmc.generate(driving_scene(), tmp_path / "a", frames=(1, 1), **options)
+    with threadpool_limits(threads, user_api="blas"):
+        chrmc.generate(driving_scene(), tmp_path / "b", frames=(1, 1), **options)
+    assert timeless(tmp_path / "a") == timeless(tmp_path / "b")
+
+
+SLOW = """
+import time
+from pathlib import Path
+from test_groups import PANEL, driving_scene as scene
+import chrmc
+
+def field(cloud, slm, wavelength, window, passband):
+    time.sleep(0.02)
+    return chrmc.compute_field(cloud, slm, wavelength, "fresnel", window=window, passband=passband)
+
+def waiting(cloud, slm, wavelength, window, passband):
+    while not Path("go").exists():
+        time.sleep(0.01)
+    return field(cloud, slm, wavelength, window, passband)
+"""
+
+
+@pytest.fixture
+def slow(tmp_path: Path) -> Path:
+    """A folder with a scene and slow methods of one's own, for runs that are killed."""
+    (tmp_path / "slow.py").write_text(SLOW)
+    return tmp_path
+
+
+def start(folder: Path, out: str, *more: str, cgh: str = "field") -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "chrmc", "generate", "slow.py:scene", "--out", out]
+    command += [
+        "--slm",
+        "320x96:16e-6",
+        "--check-pixels",
+        "8",
+        "--cgh",
+        cgh if cgh == "curved" else f"slow.py:{cgh}",
+        *more,
+    ]
+    paths = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
+    return subprocess.Popen(
+        command,
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def wait_for(condition: Callable[[], bool], process: subprocess.Popen[str]) -> None:
+    end = time.monotonic() + 120
+    while not condition():
+        assert time.monotonic() < end
+        if process.poll() is not None:
+            return
+        time.sleep(0.005)
+
+
+def killed_and_resumed(
+    folder: Path, kills: int, *more: str, cgh: str = "field"
+) -> list[dict[str, Any]]:
+    """Entries of a video whose run was killed again and again, each time a little later."""
+    out, rng = folder / "killed", np.random.default_rng()
+    for _ in range(kills):
+        before = len(list(out.glob("frame_*")))
+        process = start(folder, "killed", *more, cgh=cgh)
+        wait_for(lambda: len(list(out.glob("frame_*"))) > before, process)  # noqa: B023
+        time.sleep(rng.uniform(0, 0.05))
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+    process = start(folder, "killed", *more, cgh=cgh)
+    told = process.communicate()
+    assert process.returncode == 0, told
+    assert not [p.name for p in out.iterdir() if not p.name.startswith(("frame_", "manifest"))]
+    return timeless(out)
+
+
+def test_a_run_that_is_killed_ends_in_the_same_bytes(slow: Path) -> None:
+    more = ("--compensation", "tr-nlut", "--group", "3")
+    start(slow, "whole", *more).communicate()
+    assert killed_and_resumed(slow, 3, *more) == timeless(slow / "whole")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", METHODS)
+def test_thirty_kills_end_in_the_same_bytes(slow: Path, name: str) -> None:
+    chosen = METHODS[name]
+    more = ["--compensation", chosen["compensation"], "--group", "3"]
+    more += [f"--set={k}={v}" for k, v in chosen.items() if k in ("radius", "rekey_every")]
+    cgh = "curved" if name == "object" else "field"
+    whole = start(slow, "whole", *more, cgh=cgh)
+    told = whole.communicate()
+    assert whole.returncode == 0, told
+    assert killed_and_resumed(slow, 30, *more, cgh=cgh) == timeless(slow / "whole")
+
+
+def test_the_second_of_two_writers_is_told_who_has_the_folder(slow: Path) -> None:
+    out = slow / "v"
+    first = start(slow, "v", cgh="waiting")
+    try:
+        wait_for(lambda: (out / "manifest.json").exists(), first)
+        before = {p.name: p.read_bytes() for p in out.iterdir()}
+        second = start(slow, "v", cgh="waiting")
+        _, told = second.communicate(timeout=120)
+        assert second.returncode == 2
+        assert told.count("\n") == 1
+        assert f"process {first.pid} on " in told
+        assert " since 20" in told
+        assert {p.name: p.read_bytes() for p in out.iterdir()} == before
+    finally:
+        first.kill()
+        first.communicate()
+    # A dead process's lock is nobody's.
+    (slow / "go").touch()
+    third = start(slow, "v", cgh="waiting")
+    told_third = third.communicate(timeout=120)
+    assert third.returncode == 0, told_third
+    assert chrmc.open_video(out).numbers == list(range(1, COUNT + 1))
+    assert {p.name for p in out.iterdir()} == {
+        "manifest.json", *(f"frame_{n:04d}.tif" for n in range(1, COUNT + 1))
+    }  # fmt: skip
+
+
+def test_a_run_cut_off_lists_all_that_was_finished(slow: Path) -> None:
+    process = start(slow, "v", "--compensation", "tr-nlut")
+    wait_for(lambda: len(list((slow / "v").glob("frame_*"))) > 2, process)
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert told.strip().splitlines()[-1] == "chrmc: interrupted; what was finished is kept"
+    video = chrmc.open_video(slow / "v")
+    assert video.numbers == [int(p.stem[6:]) for p in sorted((slow / "v").glob("frame_*"))]
