@@ -1,290 +1,96 @@
-"""An object's light on the sphere of directions around its centre, in layers of range.
+"""An object's light on a grid of directions, part by part, summed where it is first looked at.
 
-With q' a place seen from the object's centre in the object's own axes and ρ = |q'|, the light is
-exp(ikρ)/ρ·m(direction, ρ). A rotation of the object only turns the directions; m changes slowly
-with ρ, like k·δ²/(2ρ) for a point δ from the centre, so a few layers, interpolated in 1/ρ, hold
-it at all ranges.
+A part of the object (a box of its points) has a centre b and its light exp(ikr)/r·m, r the
+distance from b. A rotation of the object only turns directions; m changes slowly with range, like
+k·Δ²/(2r) for a point Δ from the centre, so a few layers, interpolated in 1/r, hold it at all
+ranges. Small parts have a small bandwidth: together they need as many places as the whole, but
+every point is summed at those of its own part only.
 
-Directions are written as azimuth u about the axes' y and tangent of elevation v:
-q' = ρ·(sin u, v, −cos u)/√(1 + v²), so that turning about y shifts u and leaves v.
+The grid is cut into tiles. A tile knows which points it holds; when a frame looks at it, what has
+appeared or vanished since is added once, and a tile that was never looked at is summed then.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from itertools import pairwise
-from math import ceil, factorial, pi
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from math import ceil, factorial, log, pi, sqrt
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.interface import (
-    Kernel,
-    Series,
-    chebyshev,
-    interpolation,
-    make_series,
-    node_count,
-    phasor_table,
-    weighted_products,
-)
-from chrmc.compensation.ch_rmc_object.taps import rms_error, step_for, taps_for, weights
+from chrmc.cgh.curved.chebyshev import chebyshev, interpolation
+from chrmc.cgh.curved.parallel import spread
+from chrmc.cgh.curved.series import Series, make_series
+from chrmc.cgh.curved.wave import Kernel
+from chrmc.compensation.ch_rmc_object.chart import Span, View, path
+from chrmc.compensation.ch_rmc_object.taps import Taps, taps_for
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
-Axes = Callable[[Floats, Floats, Floats], tuple[Floats, Floats]]
-"""(u, v, positions) → cycles along u and along v, (N, n_u) and (N, n_v)."""
-
-_PANEL_KAPPA = 80.0
-_SHARE = 0.2
-"""Of the tolerance: for each of azimuth, elevation, range and the sums behind the grid."""
-
-
-@dataclass(frozen=True)
-class View:
-    """Ranges of azimuth, elevation tangent and 1/ρ that a grid has to cover.
-
-    tilt : largest |Δu/Δv| along a column of the hologram
-    """
-
-    u: tuple[float, float]
-    v: tuple[float, float]
-    s: tuple[float, float]
-    tilt: float
-
-    def union(self, other: "View") -> "View":
-        """Covering both."""
-        pairs = ((self.u, other.u), (self.v, other.v), (self.s, other.s))
-        u, v, s = ((min(a[0], b[0]), max(a[1], b[1])) for a, b in pairs)
-        return View(u, v, s, max(self.tilt, other.tilt))
-
-    def covers(self, other: "View") -> bool:
-        """The other lies inside, up to rounding."""
-        slack = 1e-9
-        inside = all(
-            a[0] - slack * max(1, abs(a[0])) <= b[0] and b[1] <= a[1] + slack * max(1, abs(a[1]))
-            for a, b in ((self.u, other.u), (self.v, other.v), (self.s, other.s))
-        )
-        return inside and other.tilt <= self.tilt + slack
+SHARE = 0.2
+"""Of the tolerance: for each of α, β, range and the sums behind the grid."""
+_AT_ONCE = 4096  # points whose tables are held at once
+_ROUNDING = 5e-7  # of sums in single precision
+_SINGLE = 5e-6  # smallest tolerance that single precision serves
 
 
-def coordinates(q: Floats) -> tuple[Floats, Floats, Floats]:
-    """u, v, ρ of places (3, …) seen from the centre."""
-    level = np.hypot(q[0], q[2])
-    return np.arctan2(q[0], -q[2]), q[1] / level, np.hypot(level, q[1])
+class NotCovered(Exception):
+    """A frame needs directions or ranges beyond the chart."""
 
 
 @dataclass(frozen=True, eq=False)
-class Sphere:
-    """m on a grid of directions and layers.
+class Grid:
+    """Even places in α and β, and layers of range.
 
-    values : (n_u, n_v, layers) complex64, u_i = u0 + i·du, v likewise
-    layers : (L,) 1/ρ of the layers
-    taps : neighbours used per axis
-    wavelength, tolerance : what it was made for
-    view : what it covers
+    first, step, count : of α and β
+    bandwidth : cycles per unit of α and of β, the latter along a leaning column
+    layers : (L,) 1/r, Chebyshev nodes of `span`
+    tile : places of a tile along α and β
     """
 
-    values: NDArray[np.complex64]
-    u0: float
-    du: float
-    v0: float
-    dv: float
+    first: tuple[float, float]
+    step: tuple[float, float]
+    count: tuple[int, int]
+    bandwidth: tuple[float, float]
     layers: Floats
-    taps: int
-    wavelength: float
-    tolerance: float
-    view: View
-
-    @classmethod
-    def empty(
-        cls, radius: tuple[float, float], view: View, wavelength: float, tolerance: float
-    ) -> "Sphere":
-        """A grid of zeros for points within `radius` (across y, along y) of the centre, metres."""
-        taps = taps_for(tolerance)
-        du, dv = _steps(radius, view, wavelength, tolerance)
-        n_u, n_v, count = grid_shape(radius, view, wavelength, tolerance)
-        pad = taps // 2 + 1
-        half = (view.s[1] - view.s[0]) / 2
-        layers = (view.s[0] + view.s[1]) / 2 + half * chebyshev(count)
-        values = np.zeros((n_u, n_v, count), dtype=np.complex64)
-        u0, v0 = view.u[0] - pad * du, view.v[0] - pad * dv
-        return cls(values, u0, du, v0, dv, layers, taps, wavelength, tolerance, view)
-
-    def add(self, points: PointCloud) -> None:
-        """Add the waves of points, positions from the centre in the grid's axes, to all layers."""
-        if len(points) == 0:
-            return
-        n_u = self.values.shape[0]
-        reach = float(np.hypot(points.positions[:, 0], points.positions[:, 2]).max())
-        kappa = pi * reach / self.wavelength * n_u * self.du
-        cuts = np.linspace(0, n_u, max(1, round(kappa / _PANEL_KAPPA)) + 1).round().astype(int)
-        # What the separable tables leave depends on ρ as 1/ρ of a small part of it.
-        alike = np.ptp(self.layers) <= min(0.03, 100 * self.tolerance) * self.layers.mean()
-        for first, last in pairwise(cuts):
-            series: Series | None = None
-            for number, s in enumerate(self.layers):
-                values, series = self._panel(
-                    points, float(1 / s), first, last, series if alike else None
-                )
-                self.values[first:last, :, number] += values
-
-    def _panel(
-        self, points: PointCloud, rho: float, first: int, last: int, series: Series | None
-    ) -> tuple[NDArray[np.complex64], Series]:
-        """(last − first, n_v) waves at grid azimuths first … last − 1 on one layer.
-
-        series : one made before for the same panel, if it will do
-        """
-        n_v = self.values.shape[1]
-        u_range = self.u0 + first * self.du, self.u0 + (last - 1) * self.du
-        v_range = self.v0, self.v0 + (n_v - 1) * self.dv
-        share = _SHARE * self.tolerance
-        # Chebyshev nodes hold the panel with a fraction of the samples of the even grid.
-        u, to_u = _nodes(*u_range, last - first, _bandwidth(points, 0, v_range, self), share)
-        v, to_v = _nodes(*v_range, n_v, _bandwidth(points, 1, v_range, self), share)
-        kernel, axes = panel_kernel(rho, float(u.mean()), float(v.mean()), self.wavelength)
-        box = np.stack([points.positions.min(axis=0), points.positions.max(axis=0)], axis=1)
-        if series is None:
-            series = make_series(
-                (float(u[0]), float(u[-1])), (float(v[0]), float(v[-1])), box, kernel, share
-            )
-        if series is None:
-            raise ValueError(
-                f"object of {1e3 * float(np.ptp(box, axis=1).max()):.3g} mm is too large for a "
-                "baseband on a sphere; use compensation none"
-            )
-        precision = np.float32 if self.tolerance >= 5e-6 else np.float64
-        total = np.zeros((len(v), len(u)), dtype=np.complex128)
-        for start in range(0, len(points), 4096):
-            part = points.select(slice(start, start + 4096))
-            across, down = axes(u, v, part.positions)
-            down += part.phase[:, None] / (2 * pi)
-            scale = series.at_points(part.positions) * part.amplitude
-            real, imag = weighted_products(
-                phasor_table(across.__getitem__, across.shape, precision),
-                phasor_table(down.__getitem__, down.shape, precision),
-                scale.astype(precision), series.on_nodes(u, v, precision),
-            )  # fmt: skip
-            total += real + 1j * imag
-        even = to_u @ (to_v @ total).T
-        return even.astype(np.complex64), series
-
-    def look_up(self, turn: Floats, centre: Floats, x: Floats, y: Floats) -> NDArray[np.complex64]:
-        """(len(y), len(x)) m at places (x, y, 0) of the hologram.
-
-        turn : (3, 3) world axes to the grid's; centre : (3,) the object's centre in the world
-
-        Two passes, as images are turned: along u onto the hologram's columns, for every v of the
-        grid, then along v.
-        """
-        base = turn @ np.stack(
-            [x - centre[0], np.full(len(x), -centre[1]), np.full(len(x), -centre[2])]
-        )
-        along = turn[:, 1]
-        q = base[:, None, :] + along[:, None, None] * y[:, None]
-        to_v = (coordinates(q)[1] - self.v0) / self.dv
-        low = int(np.floor(to_v.min())) - (self.taps // 2 - 1)
-        high = int(np.floor(to_v.max())) + self.taps // 2 + 1
-        rows = np.arange(low, high)
-        if low < 0 or high > self.values.shape[1]:
-            raise IndexError("elevation outside the grid")
-        columns = self._columns(base, along, np.asarray(self.v0 + rows * self.dv), slice(low, high))
-        first, weight = weights(to_v, self.taps)
-        flat = columns.ravel()
-        index = (first - low) * len(x) + np.arange(len(x))
-        out = np.zeros(index.shape, dtype=np.complex64)
-        for k, share in enumerate(weight):
-            out += np.take(flat, index + k * len(x)) * share.astype(np.float32)
-        return out
-
-    def _columns(
-        self, base: Floats, along: Floats, v: Floats, rows: slice
-    ) -> NDArray[np.complex64]:
-        """(len(v), n_x) m where the hologram's columns pass the grid's elevations."""
-        level = np.hypot(base[0], base[2])[None, :]
-        # Along a column q' = base + y·along; find y with q'_y = v·√(q'_x² + q'_z²). The level
-        # distance hardly changes along a column, so the plain iteration converges fast.
-        for _ in range(40):
-            y = (v[:, None] * level - base[1]) / along[1]
-            new = np.hypot(base[0] + y * along[0], base[2] + y * along[2])
-            done = np.max(np.abs(new - level)) <= 1e-13 * np.max(new)
-            level = new
-            if done:
-                break
-        q = base[:, None, :] + along[:, None, None] * y
-        u, _, rho = coordinates(q)
-        layer_weights = _lagrange(self.layers, 1 / rho)
-        to_u = (u - self.u0) / self.du
-        level_turn = abs(along[0]) < 1e-12 and abs(along[2]) < 1e-12
-        if level_turn:
-            to_u = to_u[:1]
-        first, weight = weights(to_u, self.taps)
-        if first.min() < 0 or first.max() + self.taps > self.values.shape[0]:
-            raise IndexError("azimuth outside the grid")
-        out = np.zeros(rho.shape, dtype=np.complex64)
-        window = self.values[:, rows]
-        if level_turn:
-            wide = np.zeros((len(base[0]), *window.shape[1:]), dtype=np.complex64)
-            for k, share in enumerate(weight):
-                wide += window[first[0] + k] * share[0].astype(np.float32)[:, None, None]
-            for number, share in enumerate(layer_weights):
-                out += wide[:, :, number].T * share.astype(np.float32)
-            return out
-        row = np.arange(len(v))[:, None]
-        for number, layer in enumerate(layer_weights):
-            part = np.zeros(rho.shape, dtype=np.complex64)
-            for k, share in enumerate(weight):
-                part += window[first + k, row, number] * share.astype(np.float32)
-            out += part * layer.astype(np.float32)
-        return out
-
-    def expected_error(self, points: PointCloud) -> float:
-        """Relative rms error of a look-up, averaged over the points' power."""
-        x, y, z = points.positions.T
-        power = points.amplitude**2
-        level = np.hypot(x, z)
-        far_v = max(abs(self.view.v[0]), abs(self.view.v[1]))
-        scale = 2 * pi / self.wavelength
-        # Azimuth frequency varies with direction: rms over the seen arc, about level/√2 or less.
-        middle = (self.view.u[0] + self.view.u[1]) / 2
-        f_u = np.hypot(x * np.cos(middle) + z * np.sin(middle), 0.3 * level)
-        f_v = np.abs(y) + far_v * level / 2 + f_u * self.view.tilt
-        error = rms_error(scale * f_u * self.du, self.taps) ** 2
-        error += rms_error(scale * f_v * self.dv, self.taps) ** 2
-        half = (self.view.s[1] - self.view.s[0]) / 2
-        count = len(self.layers)
-        swing = pi * (level**2 + y**2) / self.wavelength * half
-        error += 2 * ((swing / 2) ** count / factorial(count)) ** 2
-        error += 3 * (0.5 * _SHARE * self.tolerance) ** 2 + (5e-7) ** 2
-        total = float(power.sum())
-        return float(np.sqrt(power @ error / total)) if total > 0 else 0.0
+    span: Span
+    tile: tuple[int, int]
+    taps: Taps
+    tilt: float
 
 
-def _steps(
-    radius: tuple[float, float], view: View, wavelength: float, tolerance: float
-) -> tuple[float, float]:
-    taps = taps_for(tolerance)
-    f_u = radius[0] / wavelength
-    far_v = max(abs(view.v[0]), abs(view.v[1]))
-    f_v = (radius[1] + far_v * radius[0]) / wavelength + f_u * view.tilt
-    return step_for(f_u, taps, _SHARE * tolerance), step_for(f_v, taps, _SHARE * tolerance)
+def make_grid(
+    half: Floats, view: View, width: tuple[float, float], wavelength: float, tolerance: float
+) -> Grid:
+    """The grid for parts whose points lie within `half` (3,) of their centres.
 
-
-def grid_shape(
-    radius: tuple[float, float], view: View, wavelength: float, tolerance: float
-) -> tuple[int, int, int]:
-    """(n_u, n_v, layers) of the grid for points within `radius` of the centre."""
-    pad = taps_for(tolerance) // 2 + 1
-    n_u, n_v = (
-        ceil((high - low) / step) + 2 * pad + 1
-        for (low, high), step in zip(
-            (view.u, view.v), _steps(radius, view, wavelength, tolerance), strict=True
-        )
+    width : of one frame's view in α and β
+    """
+    taps = taps_for(SHARE * tolerance)
+    spans = view.alpha, view.beta
+    far = [max(abs(low), abs(high)) for low, high in spans]
+    gamma = sqrt(max(1 - far[0] ** 2 - far[1] ** 2, 0.05))
+    # ∂(Δ·d)/∂α = Δ_1 + Δ_3·α/γ; the path's second order adds Δ²/r to a share of it.
+    across, down = (1.02 * (half[i] + half[2] * far[i] / gamma) / wavelength for i in range(2))
+    down += across * view.tilt
+    steps = taps.step(across), taps.step(down)
+    pad = taps.count // 2 + 1
+    count = [ceil((high - low) / h) + 2 * pad + 1 for (low, high), h in zip(spans, steps, strict=True)]
+    swing = pi * float(half[0] ** 2 + half[1] ** 2) * (view.s[1] - view.s[0]) / 2 / wavelength
+    layers = layer_count(swing, SHARE * tolerance)
+    middle, reach = (view.s[0] + view.s[1]) / 2, (view.s[1] - view.s[0]) / 2
+    tile = (
+        min(count[0], ceil(width[0] / 2 / steps[0]) + 1),
+        # A little more than a view is not worth two tiles.
+        count[1] if count[1] * steps[1] < 2 * width[1] else ceil(width[1] / 2 / steps[1]) + 1,
     )
-    delta2 = radius[0] ** 2 + radius[1] ** 2
-    swing = pi * delta2 * (view.s[1] - view.s[0]) / 2 / wavelength
-    return n_u, n_v, layer_count(swing, _SHARE * tolerance)
+    return Grid(
+        (spans[0][0] - pad * steps[0], spans[1][0] - pad * steps[1]), steps,
+        (count[0], count[1]), (across, down), middle + reach * chebyshev(layers), view.s, tile,
+        taps, view.tilt,
+    )  # fmt: skip
 
 
 def layer_count(swing: float, tolerance: float) -> int:
@@ -295,56 +101,343 @@ def layer_count(swing: float, tolerance: float) -> int:
     return count
 
 
-def panel_kernel(rho: float, u0: float, v0: float, wavelength: float) -> tuple[Kernel, Axes]:
-    """Separable cycles of |q' − b| − ρ around (u0, v0), and the kernel of what they leave."""
+@dataclass(eq=False)
+class _Tile:
+    """Places of the grid that are summed together.
 
-    at_u, at_v = np.array(u0), np.array(v0)
+    alpha, beta : which
+    held : (N,) points that its values hold
+    rests : per layer, the series of what tables leave, and its terms at the places
+    """
 
-    def path(u: Floats, v: Floats, b: tuple[Floats, Floats, Floats]) -> Floats:
-        across = b[0] * np.sin(u) - b[2] * np.cos(u)
-        towards = (across + b[1] * v) / np.sqrt(1 + v * v)
-        b2 = b[0] ** 2 + b[1] ** 2 + b[2] ** 2
-        change = b2 - 2 * rho * towards
-        return np.asarray(change / (np.sqrt(rho * rho + change) + rho), dtype=np.float64)
-
-    def kernel(u: Floats, v: Floats, bx: Floats, by: Floats, bz: Floats) -> tuple[Floats, Floats]:
-        b = bx, by, bz
-        here = path(u, v, b)
-        rest = here - path(u, at_v, b) - path(at_u, v, b) + path(at_u, at_v, b)
-        return 2 * pi / wavelength * rest, rho / (rho + here)
-
-    def axes(u: Floats, v: Floats, positions: Floats) -> tuple[Floats, Floats]:
-        b = positions[:, 0, None], positions[:, 1, None], positions[:, 2, None]
-        corner = path(at_u, at_v, b)
-        return path(u, at_v, b) / wavelength, (path(at_u, v, b) - corner) / wavelength
-
-    return kernel, axes
+    alpha: slice
+    beta: slice
+    held: Mask | None = None
+    rests: list[tuple[Series, NDArray[np.complexfloating]]] = field(default_factory=list)
 
 
-def _bandwidth(
-    points: PointCloud, axis: int, v_range: tuple[float, float], sphere: Sphere
-) -> float:
-    """Largest frequency of m along u (axis 0) or v (axis 1)."""
-    level = np.hypot(points.positions[:, 0], points.positions[:, 2])
-    if axis == 0:
-        return float(level.max()) / sphere.wavelength
-    far = max(abs(v_range[0]), abs(v_range[1]))
-    return float(np.max(np.abs(points.positions[:, 1]) + far * level)) / sphere.wavelength
+class Sphere:
+    """m of every part on a grid.
+
+    points : (N,) all points of the body from its centre, in the chart's axes
+    part : (N,) number of each point's part
+    centres : (P, 3) of the parts
+    """
+
+    def __init__(
+        self,
+        points: PointCloud,
+        part: NDArray[np.intp],
+        centres: Floats,
+        half: Floats,
+        grid: Grid,
+        wavelength: float,
+        tolerance: float,
+    ) -> None:
+        self.grid, self.centres = grid, centres
+        self._points, self._part, self._half = points, part, half
+        self._wavelength, self._tolerance = wavelength, tolerance
+        self._real = np.dtype(np.float32 if tolerance >= _SINGLE else np.float64)
+        self._complex = np.result_type(self._real, np.complex64)
+        shape = (len(centres), len(grid.layers), grid.count[1], grid.count[0])
+        self._values = np.zeros(shape, dtype=self._complex)
+        self._tiles: dict[tuple[int, int], _Tile] = {}
+        self._power = points.amplitude**2
+        self._errors = self._expected_errors()
+        self.dropped = 0.0
+        self.summed = 0  # points summed onto new tiles since the caller last looked
+
+    @property
+    def size(self) -> int:
+        """Complex numbers it may hold."""
+        return int(self._values.size)
+
+    def look_up(
+        self, turn: Floats, centre: Floats, x: Floats, y: Floats, visible: Mask
+    ) -> NDArray[np.complexfloating]:
+        """(P, len(x), len(y)) m of every part at places (x, y, 0) of the hologram.
+
+        turn : (3, 3) world axes to the chart's
+        centre : (3,) the object's centre in the world
+        visible : (N,) the points that are seen
+
+        Two passes, as images are turned: along α for every β of the grid and column of the
+        hologram, then along β. Raises NotCovered.
+        """
+        grid, taps = self.grid, self.grid.taps
+        along = turn[:, 1]
+        base = turn @ np.stack(
+            [x - centre[0], np.full(len(x), -centre[1]), np.full(len(x), -centre[2])]
+        )
+        # (3, P, n_x): from every part's centre to y = 0.
+        q = base[:, None, :] - self.centres.T[:, :, None]
+        dot, square = np.einsum("i,ipx->px", along, q), np.einsum("ipx,ipx->px", q, q)
+        r = np.sqrt(square[..., None] + y * (2 * dot[..., None] + y))
+        beta = (q[1][..., None] + y * along[1]) / r
+        place = (beta - grid.first[1]) / grid.step[1]
+        first = np.floor(place.min(axis=(1, 2))).astype(np.intp) - (taps.count // 2 - 1)
+        rows = int((np.floor(place.max(axis=(1, 2))) - first).max()) + taps.count // 2 + 1
+        at = first[:, None] + np.arange(rows)
+        if first.min() < 0 or first.max() + rows > grid.count[1]:
+            raise NotCovered
+        wanted = (grid.first[1] + at * grid.step[1])[:, None, :]
+        y_at = self._columns(q, dot, square, along, wanted)
+        r_at = np.sqrt(square[..., None] + y_at * (2 * dot[..., None] + y_at))
+        alpha = (q[0][..., None] + y_at * along[0]) / r_at
+        place_a = (alpha - grid.first[0]) / grid.step[0]
+        start, weight = taps.weights(place_a)
+        low, high = int(start.min()), int(start.max()) + taps.count
+        slack = 1e-6 * grid.span[1]
+        inside = grid.span[0] - slack <= 1 / r.max() and 1 / r.min() <= grid.span[1] + slack
+        if low < 0 or high > grid.count[0] or not inside:
+            raise NotCovered
+        self._ensure(slice(low, high), slice(int(first.min()), int(first.max()) + rows), visible)
+        parts = len(self.centres)
+        wide = np.zeros(alpha.shape, dtype=self._complex)
+        windows = np.lib.stride_tricks.sliding_window_view(self._values, taps.count, axis=-1)
+        number = np.arange(parts)[:, None, None]
+        shares = _lagrange(grid.layers, 1 / r_at)
+        out = np.empty(place.shape, dtype=self._complex)
+
+        def some(columns: slice) -> None:
+            for layer, share in enumerate(shares):
+                near = windows[number, layer, at[:, None, :], start[:, columns]]
+                one = _weighed(near, weight[:, columns])
+                if len(shares) > 1:
+                    one *= share[:, columns]
+                wide[:, columns] += one
+            own, by = taps.weights(place[:, columns])
+            lines = np.lib.stride_tricks.sliding_window_view(wide[:, columns], taps.count, axis=-1)
+            count = lines.shape[1]
+            near = lines[number, np.arange(count)[:, None], own - first[:, None, None]]
+            out[:, columns] = _weighed(near, by)
+
+        cuts = np.linspace(0, len(x), min(len(x), 4) + 1).astype(int)
+        spread(some, [slice(a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)])
+        return out
+
+    def _columns(
+        self, q: Floats, dot: Floats, square: Floats, along: Floats, beta: Floats
+    ) -> Floats:
+        """(P, n_x, rows) y at which the hologram's columns pass the grid's β, by Newton's steps."""
+        y = (beta * np.sqrt(square)[..., None] - q[1][..., None]) / along[1]
+        for _ in range(20):
+            r = np.sqrt(square[..., None] + y * (2 * dot[..., None] + y))
+            miss = q[1][..., None] + y * along[1] - beta * r
+            step = miss / (along[1] - beta * (dot[..., None] + y) / r)
+            y = y - step
+            if np.max(np.abs(step)) <= 1e-12 * np.max(r):
+                break
+        return np.asarray(y)
+
+    def _ensure(self, alpha: slice, beta: slice, visible: Mask) -> None:
+        """Bring the tiles of some places up to what is visible."""
+        (wide, high), (across, down) = self.grid.tile, self.grid.count
+        for i in range(alpha.start // wide, (alpha.stop - 1) // wide + 1):
+            for j in range(beta.start // high, (beta.stop - 1) // high + 1):
+                tile = self._tiles.get((i, j))
+                if tile is None:
+                    tile = self._tiles[i, j] = _Tile(
+                        slice(i * wide, min((i + 1) * wide, across)),
+                        slice(j * high, min((j + 1) * high, down)),
+                    )
+                self._update(tile, visible)
+
+    def _update(self, tile: _Tile, visible: Mask) -> None:
+        if tile.held is not None:
+            change = np.flatnonzero(tile.held != visible)
+            if 2 * len(change) <= np.count_nonzero(visible):
+                if len(change):
+                    self._add(tile, change, np.where(visible[change], 1.0, -1.0))
+                    tile.held = visible.copy()
+                return
+        self._values[:, :, tile.beta, tile.alpha] = 0
+        every = np.flatnonzero(visible)
+        self._add(tile, every, np.ones(len(every)))
+        self.summed += len(every)
+        tile.held = visible.copy()
+
+    def _add(self, tile: _Tile, index: NDArray[np.intp], sign: Floats) -> None:
+        """Add the waves of some points to a tile."""
+        if not len(index):
+            return
+        order = np.argsort(self._part[index], kind="stable")
+        index, sign = index[order], sign[order]
+        part = self._part[index]
+        local = self._points.positions[index] - self.centres[part]
+        strength = sign * self._points.amplitude[index]
+        turns = self._points.phase[index] / (2 * pi)
+        cuts = np.flatnonzero(np.diff(part)) + 1
+        edges = [0, *cuts.tolist(), len(index)]
+        works = [
+            (int(part[a]), slice(start, min(start + _AT_ONCE, b)))
+            for a, b in zip(edges[:-1], edges[1:], strict=True)
+            for start in range(a, b, _AT_ONCE)
+        ]
+        works.sort(key=lambda work: work[1].start - work[1].stop)
+        lock = Lock()
+        for number, s in enumerate(self.grid.layers):
+            r = float(1 / s)
+            if len(tile.rests) <= number:
+                tile.rests.append(self._rest(tile, r))
+            series, weights = tile.rests[number]
+            small = len(index) <= _AT_ONCE
+            every = self._tables(tile, r, local, turns) if small else None
+
+            def sum_part(work: tuple[int, slice], layer: int = number) -> None:
+                where, some = work
+                across, down = (
+                    self._tables(tile, r, local[some], turns[some])
+                    if every is None
+                    else (every[0][:, some], every[1][:, some])
+                )
+                scale = (series.at_points(local[some]) * strength[some]).astype(self._real)
+                total = _product(across, down, scale, weights)
+                with lock:
+                    self._values[where, layer, tile.beta, tile.alpha] += total
+
+            spread(sum_part, works)
+
+    def _middle(self, tile: _Tile) -> tuple[Floats, Floats, Floats, Floats]:
+        """α and β of a tile's places and of its middle."""
+        grid = self.grid
+        alpha = grid.first[0] + grid.step[0] * np.arange(tile.alpha.start, tile.alpha.stop)
+        beta = grid.first[1] + grid.step[1] * np.arange(tile.beta.start, tile.beta.stop)
+        return alpha, beta, np.mean(alpha), np.mean(beta)
+
+    def _rest(self, tile: _Tile, r: float) -> tuple[Series, NDArray[np.complexfloating]]:
+        """What the tables leave: its series, and the terms at the tile's places."""
+        alpha, beta, at_a, at_b = self._middle(tile)
+        wavelength = self._wavelength
+
+        def kernel(
+            a: Floats, b: Floats, px: Floats, py: Floats, pz: Floats
+        ) -> tuple[Floats, Floats]:
+            place = px, py, pz
+            here = path(a, b, place, r)
+            rest = here - path(a, at_b, place, r) - path(at_a, b, place, r)
+            rest += path(at_a, at_b, place, r)
+            return 2 * pi / wavelength * rest, r / (r + here)
+
+        box = np.stack([-self._half, self._half], axis=1)
+        series = make_series(
+            (float(alpha[0]), float(alpha[-1])), (float(beta[0]), float(beta[-1])), box, kernel,
+            SHARE * self._tolerance,
+        )  # fmt: skip
+        if series is None:
+            raise NotCovered
+        self.dropped = max(self.dropped, series.dropped)
+        on_nodes = series.on_nodes(alpha, beta, self._real.type)
+        terms = [on_nodes.of(term) for term in range(series.terms)]
+        return series, np.stack([real + 1j * imag for real, imag in terms]).astype(self._complex)
+
+    def _tables(
+        self, tile: _Tile, r: float, local: Floats, turns: Floats
+    ) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+        """cos and sin along α (2, N, n_α) and along β (2, N, n_β)."""
+        alpha, beta, at_a, at_b = self._middle(tile)
+        x, y, z = (column[:, None] for column in local.T)
+        corner = path(at_a, at_b, (x, y, z), r) / self._wavelength
+        across = _cycles(lambda a: path(a, at_b, (x, y, z), r), alpha, at_b, self._wavelength)
+        down = _cycles(lambda b: path(at_a, b, (x, y, z), r), beta, at_a, self._wavelength)
+        down += turns[:, None] - corner
+        return _phasors(across, self._real), _phasors(down, self._real)
+
+    def expected_error(self, visible: Mask) -> float:
+        """Relative rms error of a look-up, averaged over the power of the points seen."""
+        power = self._power[visible]
+        total = float(power.sum())
+        mean = float(power @ self._errors[visible]) / total if total > 0 else 0.0
+        return sqrt(mean + self.dropped**2 + 2 * _ROUNDING**2)
+
+    def _expected_errors(self) -> Floats:
+        """(N,) mean square error of reading each point's wave off the grid."""
+        grid = self.grid
+        x, y, z = (self._points.positions - self.centres[self._part]).T
+        ends = [
+            max(abs(first), abs(first + step * count))
+            for first, step, count in zip(grid.first, grid.step, grid.count, strict=True)
+        ]
+        f_a = (np.abs(x) + np.abs(z) * ends[0]) / self._wavelength
+        f_b = (np.abs(y) + np.abs(z) * ends[1]) / self._wavelength + grid.tilt * f_a
+        error = grid.taps.rms_error(f_a, grid.bandwidth[0]) ** 2
+        error += grid.taps.rms_error(f_b, grid.bandwidth[1]) ** 2
+        half = (grid.span[1] - grid.span[0]) / 2
+        count = len(grid.layers)
+        swing = pi * (x * x + y * y) / self._wavelength * half
+        return np.asarray(error + 2 * ((swing / 2) ** count / factorial(count)) ** 2)
 
 
-def _nodes(
-    low: float, high: float, count: int, bandwidth: float, tolerance: float
-) -> tuple[Floats, Floats]:
-    """Chebyshev nodes on [low, high], and the matrix to `count` even samples of it."""
-    n = node_count(pi * bandwidth * (high - low), tolerance)
-    if n >= count or high <= low:
-        return np.linspace(low, high, count), np.eye(count)
-    nodes = (low + high) / 2 + (high - low) / 2 * chebyshev(n)
-    return nodes, interpolation(n, np.linspace(-1, 1, count))
+def _cycles(
+    length: Callable[[Floats], Floats], at: Floats, other: Floats, wavelength: float
+) -> Floats:
+    """(N, len(at)) path over the wavelength at many places from few, exact to 1e-10.
+
+    The path is analytic in α up to γ = 0, so that its Chebyshev series falls fast.
+    """
+    low, high = float(at[0]), float(at[-1])
+    reach = (high - low) / 2
+    edge = sqrt(1 - float(other) ** 2)
+    if reach > 0:
+        ratio = (edge - max(abs(low), abs(high))) / reach + 1
+        few = 4 + ceil(log(1e12) / log(ratio + sqrt(ratio * ratio - 1)))
+        if few < 0.7 * len(at):
+            coarse = (low + high) / 2 + reach * chebyshev(few)
+            matrix = interpolation(few, (at - (low + high) / 2) / reach).T
+            return (length(coarse) / wavelength) @ matrix
+    return length(at) / wavelength
 
 
-def _lagrange(nodes: Floats, at: Floats) -> list[Floats]:
+def _phasors(cycles: Floats, real: np.dtype) -> NDArray[np.floating]:
+    """cos and sin of 2π·cycles, reduced in float64."""
+    cycles -= np.rint(cycles)
+    turn = cycles.astype(real)
+    turn *= real.type(2 * pi)
+    out = np.empty((2, *turn.shape), dtype=real)
+    np.cos(turn, out=out[0])
+    np.sin(turn, out=out[1])
+    return out
+
+
+def _product(
+    across: NDArray[np.floating],
+    down: NDArray[np.floating],
+    scale: NDArray[np.floating],
+    weights: NDArray[np.complexfloating],
+) -> NDArray[np.complexfloating]:
+    """Σ_t weights_t·Σ_j scale_tj·down_j·across_j, (n_β, n_α), one real product a term."""
+    right = across.reshape(-1, across.shape[2])
+    rows = down.shape[2]
+    left = np.empty((2, down.shape[1], 2, rows), dtype=right.dtype)
+    total: NDArray[np.complexfloating] | None = None
+    for share, weight in zip(scale, weights, strict=True):
+        column = share[:, None]
+        np.multiply(down[0], column, out=left[0, :, 0])
+        np.multiply(down[1], column, out=left[0, :, 1])
+        left[1, :, 1] = left[0, :, 0]
+        np.multiply(left[0, :, 1], right.dtype.type(-1), out=left[1, :, 0])
+        flat = left.reshape(-1, 2 * rows).T @ right
+        one = np.empty((rows, right.shape[1]), dtype=weights.dtype)
+        one.real, one.imag = flat[:rows], flat[rows:]
+        one *= weight
+        total = one if total is None else total + one
+    assert total is not None
+    return total
+
+
+def _weighed(
+    near: NDArray[np.complexfloating], weight: NDArray[np.float32]
+) -> NDArray[np.complexfloating]:
+    """Σ over the last axis of values times weights."""
+    parts = near.view(near.real.dtype).reshape(*near.shape, 2)
+    out = np.einsum("...kc,...k->...c", parts, weight)
+    return np.ascontiguousarray(out).view(near.dtype)[..., 0]
+
+
+def _lagrange(nodes: Floats, at: Floats) -> Sequence[Floats]:
     """Weight of each node for polynomial interpolation at places of any shape."""
+    if len(nodes) == 1:
+        return [np.ones(1)]
     out = []
     for i, node in enumerate(nodes):
         weight = np.ones_like(at)

@@ -1,0 +1,129 @@
+"""Directions around an object, written as direction cosines, and what of them a hologram needs.
+
+A chart has axes of its own: seen from a place b of the object, the hologram's place q lies in the
+direction (α, β, −γ), γ = √(1 − α² − β²), at the range r. The path from a point b + Δ,
+
+    |q − b − Δ| − r = √(r² − 2r·(Δ_1 α + Δ_2 β − Δ_3 γ) + Δ²) − r,
+
+is nearly linear in α and β, so that sums over points are nearly products of tables.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.scene.scene import Pose
+
+Floats = NDArray[np.float64]
+Span = tuple[float, float]
+
+FARTHEST = 0.62
+"""Direction cosine up to which a chart reaches."""
+STEEPEST = 1.0
+"""Slope |dα/dβ| up to which the hologram's columns may lean."""
+_SIDE = 5  # samples along the hologram's sides
+
+
+@dataclass(frozen=True)
+class View:
+    """Ranges of α, β and 1/r that some frames need, and the steepest |dα/dβ| of their columns."""
+
+    alpha: Span
+    beta: Span
+    s: Span
+    tilt: float
+
+    @property
+    def whole(self) -> bool:
+        """A chart can hold it."""
+        far = max(-self.alpha[0], self.alpha[1], -self.beta[0], self.beta[1])
+        return far < FARTHEST and self.tilt < STEEPEST
+
+
+@dataclass(frozen=True, eq=False)
+class Views:
+    """The same of each of K frames, (K,) arrays."""
+
+    alpha: tuple[Floats, Floats]
+    beta: tuple[Floats, Floats]
+    s: tuple[Floats, Floats]
+    tilt: Floats
+
+    def until(self, count: int) -> View:
+        """All of the first `count` frames."""
+        return View(
+            _hull(self.alpha, count), _hull(self.beta, count), _hull(self.s, count),
+            float(self.tilt[:count].max()),
+        )  # fmt: skip
+
+
+def _hull(span: tuple[Floats, Floats], count: int) -> Span:
+    return float(span[0][:count].min()), float(span[1][:count].max())
+
+
+def path(alpha: Floats, beta: Floats, place: tuple[Floats, Floats, Floats], r: float) -> Floats:
+    """|q − Δ| − r for Δ = place, without cancellation; metres."""
+    x, y, z = place
+    gamma = np.sqrt(1 - alpha * alpha - beta * beta)
+    change = x * x + y * y + z * z - 2 * r * (x * alpha + y * beta - z * gamma)
+    return np.asarray(change / (np.sqrt(r * r + change) + r), dtype=np.float64)
+
+
+def mean_rotation(poses: Sequence[Pose]) -> Floats:
+    """The rotation nearest to the mean of some (polar decomposition)."""
+    left, _, right = np.linalg.svd(np.mean([pose.rotation for pose in poses], axis=0))
+    left[:, -1] *= np.sign(np.linalg.det(left @ right))
+    return np.asarray(left @ right)
+
+
+def views_of(
+    poses: Sequence[Pose],
+    middle: Floats,
+    axes: Floats,
+    radius: Floats,
+    sides: tuple[Span, Span],
+) -> Views:
+    """What each pose needs of the chart.
+
+    middle : (3,) the body's centre, in body coordinates
+    axes : (3, 3) body to chart
+    radius : (3,) how far, along the chart's axes, places lie from the centre that directions
+        start from
+    sides : the hologram's range along x and y, metres
+    """
+    turn = np.stack([axes @ pose.rotation.T for pose in poses])
+    centre = np.stack([pose.rotation @ middle + pose.translation for pose in poses])
+    (x0, x1), (y0, y1) = sides
+    t = np.linspace(0, 1, _SIDE)
+    x = np.concatenate([x0 + t * (x1 - x0)] * 2 + [np.full(_SIDE, x0), np.full(_SIDE, x1)])
+    y = np.concatenate([np.full(_SIDE, y0), np.full(_SIDE, y1)] + [y0 + t * (y1 - y0)] * 2)
+    # The nearest place is the foot of the perpendicular, or on a side.
+    foot = np.clip(centre[:, 0], x0, x1), np.clip(centre[:, 1], y0, y1)
+    q = np.stack(
+        [
+            np.column_stack([np.broadcast_to(x, (len(poses), x.size)), foot[0]]),
+            np.column_stack([np.broadcast_to(y, (len(poses), y.size)), foot[1]]),
+            np.zeros((len(poses), x.size + 1)),
+        ]
+    )
+    q = np.einsum("kij,jkn->ikn", turn, q - centre.T[:, :, None])
+    corners = np.array(np.meshgrid(*([-1.0, 1.0],) * 3)).reshape(3, 1, 1, -1)
+    d = q[..., None] - corners * radius[:, None, None, None]
+    r = np.sqrt(np.sum(d * d, axis=0))
+    alpha, beta, gamma = d / r
+    # Along a column q moves by turn[:, 1].
+    along = turn[:, :, 1].T[:, :, None, None]
+    forth = alpha * along[0] + beta * along[1] + gamma * along[2]
+    slope = np.abs(along[0] - alpha * forth), along[1] - beta * forth
+    tilt = np.where(slope[1] > 0, slope[0] / np.maximum(slope[1], 1e-9), np.inf)
+    tilt = np.where(gamma < 0, tilt, np.inf).max(axis=(1, 2))
+    return Views(_spans(alpha), _spans(beta), _spans(1 / r), 1.02 * tilt)
+
+
+def _spans(values: Floats) -> tuple[Floats, Floats]:
+    """Lowest and highest of each frame, with room for what lies between the samples."""
+    low, high = values.min(axis=(1, 2)), values.max(axis=(1, 2))
+    slack = 0.02 * (high - low)
+    return low - slack, high + slack
