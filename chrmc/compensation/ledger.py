@@ -17,6 +17,7 @@ class FrameRecord:
     points_added, points_removed : of them, by motion compensation's corrections
     point_pixels : Σ over computed points of the pixels that they were computed on
     blank_share : share of the hologram that the previous frames could not give
+    reuse : object name to where its light came from, and why
     stage_seconds : stage name to seconds; the paper's stages are PE, PA, CON, RMC, HC, EC
     error_reference : relative L2 field error against the float64 truth, on sampled pixels
     error_reuse : the same against full recomputation with the same CGH method
@@ -32,6 +33,7 @@ class FrameRecord:
     points_removed: int = 0
     point_pixels: int = 0
     blank_share: float = 0.0
+    reuse: dict[str, str] = field(default_factory=dict)
     stage_seconds: dict[str, float] = field(default_factory=dict)
     error_reference: float | None = None
     error_reuse: float | None = None

@@ -4,13 +4,13 @@ Nothing else of the package is promised. In the order of the computation, see do
 
 plan      `plane_of` and `lines_of` say what is planned for, `reference_at` takes the wave out,
           `cluster_axes` gives the nodes (`Axis`, in runs read by blocks), `part_of` some of them
-sum       `sum_points` gives the baseband at nodes; `make_series`, `node_count`, `chebyshev`,
-          `interpolation`, `phasor_table` and `weighted_products` are its parts, for a baseband
-          at other places than a hologram's nodes
+sum       `sum_points` gives the baseband at nodes; `make_series`, `chebyshev` and
+          `interpolation` are its parts, for sums at other places than a hologram's nodes
 assemble  `Factor` is a baseband with its nodes; `field_of` and `signal_of` make pixels of some
-predict   `budget_of` gives the `Budget` of a factor, powers of its error and its light;
+waves     `axis_cycles`, `reference_cycles`, `phasor`, `phasors`: phases without cancellation
+predict   `sample_points` picks points that stand for all, `budget_of` gives the `Budget` of a factor, powers of its error and its light;
           `promise_kept` whether that is good enough
-at once   `low_rank` does all of this for one cloud; `run_all` and `alone` share the cores
+at once   `low_rank` does all of this for one cloud; `spread` and `alone` share the cores
 """
 
 from chrmc.cgh.curved import (
@@ -21,16 +21,15 @@ from chrmc.cgh.curved import (
     plane_of,
     signal_of,
 )
-from chrmc.cgh.curved.assembly import Factor
+from chrmc.cgh.curved.assembly import Factor, phasor, reference_cycles
 from chrmc.cgh.curved.baseband import Axes, Summed, cluster_axes, series_for, sum_points
-from chrmc.cgh.curved.chebyshev import chebyshev, interpolation, node_count
+from chrmc.cgh.curved.chebyshev import chebyshev, interpolation
 from chrmc.cgh.curved.clusters import Plane, bounding_box, reference_at
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
-from chrmc.cgh.curved.parallel import alone, run_all
-from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept
+from chrmc.cgh.curved.parallel import alone, spread
+from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
 from chrmc.cgh.curved.series import Remainder, Series, make_series
-from chrmc.cgh.curved.tables import phasor_table, weighted_products
-from chrmc.cgh.curved.wave import Kernel, Reference, Wave
+from chrmc.cgh.curved.wave import Kernel, Reference, Wave, axis_cycles, phasors
 
 __all__ = [
     "Axes",
@@ -46,6 +45,7 @@ __all__ = [
     "Summed",
     "Wave",
     "alone",
+    "axis_cycles",
     "bounding_box",
     "budget_of",
     "chebyshev",
@@ -56,15 +56,16 @@ __all__ = [
     "lines_of",
     "low_rank",
     "make_series",
-    "node_count",
     "part_of",
-    "phasor_table",
+    "phasor",
+    "phasors",
     "plane_of",
     "promise_kept",
     "reference_at",
-    "run_all",
+    "reference_cycles",
+    "sample_points",
     "series_for",
     "signal_of",
+    "spread",
     "sum_points",
-    "weighted_products",
 ]

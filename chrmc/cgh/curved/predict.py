@@ -150,7 +150,7 @@ def expected_error(
     """Expected Σ|error|² over the targets, known before the baseband is."""
     its, wavelength, reach = wave.reference, wave.wavelength, wave.reach
     strength = (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
-    chosen, share = _sample(strength, cloud.positions)
+    chosen, share = sample_points(strength, cloud.positions)
     x, y, z = cloud.positions[chosen].T
     lines = _lines(axes[0], x), _lines(axes[1], y)
 
@@ -192,7 +192,7 @@ def _lines(axis: Axis, x: Floats) -> Floats:
     return np.resize(lines, len(x)) - x
 
 
-def _sample(strength: Floats, positions: Floats) -> tuple[NDArray[np.intp], Floats]:
+def sample_points(strength: Floats, positions: Floats) -> tuple[NDArray[np.intp], Floats]:
     """Points to try, and the strength that each stands for.
 
     The strongest, the outermost, whose error is by far the largest, and some for all the others.

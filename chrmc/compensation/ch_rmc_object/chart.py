@@ -83,7 +83,7 @@ def views_of(
     middle: Floats,
     axes: Floats,
     radius: Floats,
-    sides: tuple[Span, Span],
+    sides: tuple[tuple[Floats, Floats], tuple[Floats, Floats]],
 ) -> Views:
     """What each pose needs of the chart.
 
@@ -91,23 +91,19 @@ def views_of(
     axes : (3, 3) body to chart
     radius : (3,) how far, along the chart's axes, places lie from the centre that directions
         start from
-    sides : the hologram's range along x and y, metres
+    sides : (K,) lowest and highest x, and y, of the hologram that each is seen on, metres
     """
     turn = np.stack([axes @ pose.rotation.T for pose in poses])
     centre = np.stack([pose.rotation @ middle + pose.translation for pose in poses])
-    (x0, x1), (y0, y1) = sides
+    (x0, x1), (y0, y1) = ((low[:, None], high[:, None]) for low, high in sides)
     t = np.linspace(0, 1, _SIDE)
-    x = np.concatenate([x0 + t * (x1 - x0)] * 2 + [np.full(_SIDE, x0), np.full(_SIDE, x1)])
-    y = np.concatenate([np.full(_SIDE, y0), np.full(_SIDE, y1)] + [y0 + t * (y1 - y0)] * 2)
+    along_x, along_y = x0 + t * (x1 - x0), y0 + t * (y1 - y0)
+    still = np.ones(_SIDE)
     # The nearest place is the foot of the perpendicular, or on a side.
-    foot = np.clip(centre[:, 0], x0, x1), np.clip(centre[:, 1], y0, y1)
-    q = np.stack(
-        [
-            np.column_stack([np.broadcast_to(x, (len(poses), x.size)), foot[0]]),
-            np.column_stack([np.broadcast_to(y, (len(poses), y.size)), foot[1]]),
-            np.zeros((len(poses), x.size + 1)),
-        ]
-    )
+    foot = [np.clip(centre[:, i, None], *ends) for i, ends in enumerate(((x0, x1), (y0, y1)))]
+    x = np.concatenate([along_x, along_x, x0 * still, x1 * still, foot[0]], axis=1)
+    y = np.concatenate([y0 * still, y1 * still, along_y, along_y, foot[1]], axis=1)
+    q = np.stack([x, y, np.zeros_like(x)])
     q = np.einsum("kij,jkn->ikn", turn, q - centre.T[:, :, None])
     corners = np.array(np.meshgrid(*([-1.0, 1.0],) * 3)).reshape(3, 1, 1, -1)
     d = q[..., None] - corners * radius[:, None, None, None]

@@ -1,8 +1,8 @@
-"""A key group: frames of one object that share its baseband on the sphere."""
+"""One object's frames from its light on a sphere of directions."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
+from math import pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,333 +16,388 @@ from chrmc.cgh.curved.interface import (
     Plane,
     Reference,
     Remainder,
-    Summed,
     Wave,
     alone,
     bounding_box,
     budget_of,
     cluster_axes,
     part_of,
+    phasor,
     reference_at,
-    run_all,
-    series_for,
+    reference_cycles,
+    sample_points,
+    spread,
     sum_points,
 )
-from chrmc.compensation.ch_rmc_object.sphere import Sphere, View, coordinates, grid_shape
+from chrmc.compensation.ch_rmc_object.chart import Views, mean_rotation, views_of
+from chrmc.compensation.ch_rmc_object.edge import Along, Reading, across, reading_of
+from chrmc.compensation.ch_rmc_object.sphere import SHARE, Sphere, make_grid
+from chrmc.compensation.ch_rmc_object.taps import fewer, fewer_beyond
 from chrmc.compensation.ledger import FrameRecord
-from chrmc.optics.footprint import SOFT_SHARE
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Pose
 
 Floats = NDArray[np.float64]
-Span = tuple[float, float]
-
-MOST_VALUES = 60_000_000
-"""Complex numbers that a baseband on the sphere may hold: 480 MB."""
-_TILT, _AZIMUTH, _ELEVATION = 1.0, 1.2, 1.0  # where the grid of directions ends
-_MANY = 3000  # points from which sub-clusters have a series each
-_FOLD = 0.5  # changed points, in shares of the key frame's, from which the grid takes them in
+Complexes = NDArray[np.complexfloating]
+_FILTER_SHARE = 0.4  # of the tolerance that filters may take; beyond it strips come from points
 
 
 @dataclass(frozen=True)
-class _Count:
-    """Points that appeared and vanished, and pixels of strips summed from the points."""
+class Count:
+    """What a frame took.
 
-    appeared: int
-    vanished: int
-    soft: int
+    appeared, vanished : points
+    soft : pixels of strips summed from the points
+    directions : points summed in directions that no frame had needed before
+    """
+
+    appeared: int = 0
+    vanished: int = 0
+    soft: int = 0
+    directions: int = 0
 
 
 @dataclass(frozen=True, eq=False)
-class _Plan:
-    """A frame's reference wave and nodes, at some tolerance."""
+class Plan:
+    """Where a frame's baseband is needed, at some tolerance.
+
+    missed : expected power of the filters' error
+    from_points : strips along x, along y that no filter is good enough for
+    """
 
     thing: ObjectFrame
     aim: float
-    reference: Reference
+    wave: Wave
     axes: Axes
-
-    @property
-    def spans(self) -> tuple[Span, Span] | None:
-        """The rectangle of nodes that the sphere is looked up at; None without one."""
-        parts = [part_of(axis, False)[0] for axis in self.axes]
-        return None if any(len(p.nodes) == 0 for p in parts) else (parts[0].span, parts[1].span)
-
-    def beyond(self, targets: tuple[Line, Line]) -> tuple[float, float]:
-        """Metres that nodes may lie beyond the targets, with room for other frames."""
-        out = []
-        for axis, line in zip(self.axes, targets, strict=True):
-            far = 0.0
-            places = line.places
-            for run in axis.runs:
-                if not run.tapered:
-                    blocks = axis.blocks_of(run)
-                    nodes = axis.nodes[run.nodes]
-                    first = places[blocks[0].targets.start]
-                    last = places[blocks[-1].targets.stop - 1]
-                    far = max(far, first - nodes.min(), nodes.max() - last)
-            out.append(1.3 * float(far) + line.step)
-        return out[0], out[1]
+    readings: tuple[Reading, Reading]
+    missed: float
+    from_points: tuple[bool, bool]
 
 
 class Group:
-    """One object's baseband on the sphere, made once and looked up for every frame it covers.
-
-    The sphere holds a set of the body's points. Points that appeared or vanished since are added
-    to or taken from the baseband at the frame's nodes; when they are many, from the sphere itself.
-    Where a footprint's soft edge crosses the hologram the weight of a point changes with its
-    place, which no rotation carries along: those strips are summed from the points.
-    """
+    """One object's light on the sphere, and the frames looked up from it."""
 
     def __init__(
         self,
-        thing: ObjectFrame,
-        ahead: Sequence[Pose],
+        first: Plan,
+        poses: Sequence[Pose],
+        parts: tuple[int, int, int],
         targets: tuple[Line, Line],
         plane: Plane,
         tolerance: float,
     ) -> None:
-        assert thing.body is not None and thing.ids is not None and thing.pose is not None
-        self._body = thing.body
+        body = first.thing.body
+        assert body is not None
+        self.body = body
         self._targets, self._plane, self._tolerance = targets, plane, tolerance
-        positions = self._body.positions
-        self._middle = (positions.min(axis=0) + positions.max(axis=0)) / 2
-        own = positions - self._middle
-        self._axes = thing.pose.rotation
-        self._size = float(np.linalg.norm(own, axis=1).max())
-        self._plan: _Plan | None = None
-        self._beyond = self._planned(thing, tolerance).beyond(targets)
-        poses = self._within_reach([thing.pose, *ahead])
-        self._axes = _mean_rotation([pose.rotation for pose in poses])
-        views = [self._view(pose) for pose in poses]
-        view = views[0]
-        for other in views[1:]:
-            view = view.union(other)
-        own = own @ self._axes.T
-        radius = float(np.hypot(own[:, 0], own[:, 2]).max()), float(np.abs(own[:, 1]).max())
-        self._own = PointCloud(own, self._body.amplitude, self._body.phase)
-        self._sphere = Sphere.empty(radius, view, plane.wavelength, tolerance)
-        self._held = np.zeros(len(own), dtype=bool)
-        self._count = _Count(0, 0, 0)
-
-    @property
-    def size(self) -> int:
-        """Complex numbers on the sphere."""
-        return self._sphere.values.size
+        self._middle = middle_of(body)
+        self._axes = mean_rotation(poses)
+        own = (body.positions - self._middle) @ self._axes.T
+        part, centres, self._half = cut(own, parts)
+        z = min(float(pose.apply(self._middle[None])[0, 2]) for pose in poses)
+        more = fewer_beyond(float(self._half[:2].max()) / z / plane.wavelength, SHARE * tolerance)
+        views = views_ahead(
+            first, poses, self._axes, np.abs(centres).max(axis=0), targets, plane,
+            more if len(centres) > 1 else 0.0,
+        )  # fmt: skip
+        width = tuple(float(np.max(high - low)) for low, high in (views.alpha, views.beta))
+        grid = make_grid(
+            self._half, views.until(len(poses)), (width[0], width[1]), plane.wavelength, tolerance
+        )
+        points = PointCloud(own, body.amplitude, body.phase)
+        self.sphere = Sphere(points, part, centres, self._half, grid, plane.wavelength, tolerance)
+        self._visible = np.zeros(len(own), dtype=bool)
+        self.count = Count()
 
     @alone
-    def fill(self, thing: ObjectFrame) -> None:
-        """Sum the key frame's visible points onto the sphere."""
-        assert thing.ids is not None
-        self._held[thing.ids] = True
-        self._sphere.add(self._own.select(thing.ids))
-
-    @alone
-    def covers(self, thing: ObjectFrame, aim: float) -> bool:
-        """A frame's directions and ranges, at the nodes of a tolerance, are on the sphere."""
-        if thing.body is not self._body or thing.pose is None:
-            return False
-        spans = self._planned(thing, aim).spans
-        return spans is None or self._sphere.view.covers(self._seen(thing.pose, spans))
-
-    def _centre(self, pose: Pose) -> Floats:
-        """(3,) the object's centre in the world."""
-        return pose.apply(self._middle[None])[0]
-
-    def _planned(self, thing: ObjectFrame, aim: float) -> _Plan:
-        """A frame's reference wave and nodes, as it was planned last if that was the same."""
-        assert thing.pose is not None
-        plan = self._plan
-        if plan is not None and plan.thing is thing and plan.aim == aim:
-            return plan
-        cx, cy, cz = self._centre(thing.pose).tolist()
-        reference = reference_at((cx, cy, cz), bounding_box(thing.cloud.positions), self._plane)
-        axes = cluster_axes(thing.cloud, reference, self._targets, self._plane, aim)
-        self._plan = _Plan(thing, aim, reference, axes)
-        return self._plan
-
-    def changes(self, thing: ObjectFrame) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Ids that appeared and that vanished, against what the sphere holds."""
-        assert thing.ids is not None
-        now = np.zeros(len(self._held), dtype=bool)
-        now[thing.ids] = True
-        return np.flatnonzero(now & ~self._held), np.flatnonzero(self._held & ~now)
-
-    @alone
-    def factor(self, thing: ObjectFrame, record: FrameRecord, aim: float) -> tuple[Factor, Budget]:
-        """The frame's low-rank factor and its expected error.
-
-        aim : tolerance for its nodes and series; the sphere keeps its own
-        """
+    def factor(self, plan: Plan, record: FrameRecord) -> tuple[Factor, Budget]:
+        """A frame's low-rank factor and its expected error. Raises NotCovered."""
+        thing, wave, axes = plan.thing, plan.wave, plan.axes
         pose = thing.pose
         assert pose is not None and thing.ids is not None
         with record.stage("PE"):
-            appeared, vanished = self.changes(thing)
-        with record.stage("EC"):
-            if len(appeared) + len(vanished) > _FOLD * max(int(self._held.sum()), 1):
-                self._sphere.add(self._signed(appeared, vanished, self._own))
-                self._held[appeared], self._held[vanished] = True, False
-                appeared = vanished = np.zeros(0, dtype=np.intp)
-        with record.stage("PA"):
-            plan = self._planned(thing, aim)
-            reference, (axis_x, axis_y) = plan.reference, plan.axes
-            smooth_x, at_x = part_of(axis_x, False)
-            smooth_y, at_y = part_of(axis_y, False)
-            soft_x, at_soft_x = part_of(axis_x, True)
-            soft_y, at_soft_y = part_of(axis_y, True)
-            baseband = np.zeros((len(axis_y.nodes), len(axis_x.nodes)), dtype=np.complex64)
-            changed = self._signed(appeared, vanished, self._body)
-            changed = PointCloud(pose.apply(changed.positions), changed.amplitude, changed.phase)
-            shared = None
-            if baseband.size and len(thing.cloud) < _MANY:
-                every = PointCloud.concatenate([thing.cloud, changed])
-                shared = series_for(every, (axis_x, axis_y), reference, self._plane, aim)
-        # Strips and changes are summed beside the look-up, and their time counts with it.
-        missed = Remainder()
+            visible = np.zeros(len(self._visible), dtype=bool)
+            visible[thing.ids] = True
+            appeared = int(np.count_nonzero(visible & ~self._visible))
+            vanished = int(np.count_nonzero(self._visible & ~visible))
         with record.stage("RMC"):
-            works: list[Callable[[], Summed]] = []
-            places: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = []
-            if len(at_x) and len(at_y):
-                works.append(
-                    partial(self._carried, pose, reference, smooth_x.nodes, smooth_y.nodes)
-                )
-                places.append((at_y, at_x))
-            for cloud, axis, other, place in (
-                (thing.cloud, soft_x, axis_y, (np.arange(len(axis_y.nodes)), at_soft_x)),
-                (thing.cloud, smooth_x, soft_y, (at_soft_y, at_x)),
-                (changed, smooth_x, smooth_y, (at_y, at_x)),
-            ):
-                if len(cloud) and len(axis.nodes) and len(other.nodes):
-                    axes = axis, other
-                    works.append(
-                        partial(sum_points, cloud, axes, reference, self._plane, aim, series=shared)
-                    )
-                    places.append(place)
-            for (real, imag, left), (rows, columns) in zip(run_all(works), places, strict=True):
-                baseband.real[np.ix_(rows, columns)] += real
-                baseband.imag[np.ix_(rows, columns)] += imag
-                if columns is at_soft_x or rows is at_soft_y:
-                    missed = left
-        factor = Factor(
-            axis_x, axis_y, reference, np.ascontiguousarray(baseband.real),
-            np.ascontiguousarray(baseband.imag),
-        )  # fmt: skip
+            values = self._baseband(pose, plan, visible)
+        with record.stage("EC"):
+            soft = self._strips(plan, values)
         with record.stage("PA"):
+            factor = Factor(
+                *axes, wave.reference, np.ascontiguousarray(values.real, dtype=np.float32),
+                np.ascontiguousarray(values.imag, dtype=np.float32),
+            )  # fmt: skip
+            read = self.sphere.expected_error(visible)
+            taps = 2 * (SHARE * self._tolerance) ** 2 if len(self.sphere.centres) > 1 else 0.0
+            places = self._targets[0].places, self._targets[1].places
             budget = budget_of(
-                factor,
-                thing.cloud,
-                (self._targets[0].places, self._targets[1].places),
-                Wave(reference, self._plane.wavelength, self._plane.reach),
-                missed,
+                factor, thing.cloud, places, wave, Remainder(None, sqrt(read**2 + taps))
             )
-            carried = self._sphere.expected_error(self._own.select(thing.ids))
-            budget = Budget(budget.error + carried**2 * budget.light, budget.light)
-        self._count = _Count(
-            len(appeared),
-            len(vanished),
-            _pixels(axis_x) * _pixels(axis_y) - _pixels(smooth_x) * _pixels(smooth_y),
-        )
+            budget = Budget(budget.error + plan.missed, budget.light)
+        self.count = Count(appeared, vanished, soft, self.sphere.taken())
+        self._visible = visible
         return factor, budget
 
-    def book(self, thing: ObjectFrame, record: FrameRecord) -> None:
-        """Count what the last factor took."""
-        changed = self._count.appeared + self._count.vanished
-        pixels = self._plane.x[2] * self._plane.y[2]
-        record.points_computed += changed
-        record.points_added += self._count.appeared
-        record.points_removed += self._count.vanished
-        record.point_pixels += changed * pixels + len(thing.cloud) * self._count.soft
-        record.blank_share = max(record.blank_share, self._count.soft / pixels)
-
-    def _carried(self, pose: Pose, reference: Reference, x: Floats, y: Floats) -> Summed:
-        """The sphere's light at nodes x, y over the reference wave."""
-        centre = self._centre(pose)
-        cx, cy, _ = centre.tolist()
-        m = self._sphere.look_up(self._axes @ pose.rotation.T, centre, x, y)
-        wavelength = self._plane.wavelength
-        wave = reference.residual(x - cx, y[:, None] - cy, centre[2:], wavelength)
-        start = float(reference.start(centre[2:], wavelength)[0])
-        wave *= np.exp(2j * np.pi * start) * float(reference.modulus(centre[2:])[0])
-        m *= wave.astype(np.complex64)
-        return m.real, m.imag, Remainder()
-
-    def _signed(
-        self, appeared: NDArray[np.intp], vanished: NDArray[np.intp], points: PointCloud
-    ) -> PointCloud:
-        gone = points.select(vanished)
-        return PointCloud.concatenate(
-            [points.select(appeared), PointCloud(gone.positions, -gone.amplitude, gone.phase)]
+    def _baseband(self, pose: Pose, plan: Plan, visible: NDArray[np.bool_]) -> Complexes:
+        """(n_y, n_x) the baseband at the nodes, strips that are left to points being zero."""
+        (along_x, along_y), (axis_x, axis_y) = plan.readings, plan.axes
+        if not len(along_x.places) or not len(along_y.places):
+            return np.zeros((len(axis_y.nodes), len(axis_x.nodes)), dtype=np.complex64)
+        plain = self._plain(
+            pose, plan.wave.reference, along_x.places, along_y.places, visible
         )
+        wide = along_x.of(plain, len(axis_x.nodes), along_y.places)
+        return along_y.of(np.ascontiguousarray(wide.T), len(axis_y.nodes), axis_x.nodes)
 
-    def _view(self, pose: Pose) -> View:
-        """Directions and ranges in which the hologram is seen in a frame to come, about."""
-        centre = self._centre(pose)
-        spans = []
-        for axis, (low, high, _) in enumerate((self._plane.x, self._plane.y)):
-            far = (1 - SOFT_SHARE) * (centre[2] + self._size) * self._plane.reach[axis]
-            far += self._size
-            a, b = max(low, centre[axis] - far), min(high, centre[axis] + far)
-            beyond = self._beyond[axis]
-            spans.append((min(a, b) - beyond, max(a, b) + beyond))
-        return self._seen(pose, (spans[0], spans[1]))
-
-    def _seen(self, pose: Pose, spans: tuple[Span, Span]) -> View:
-        """Directions and ranges in which a rectangle of the hologram is seen in one frame."""
-        centre = self._centre(pose)
+    def _plain(
+        self,
+        pose: Pose,
+        reference: Reference,
+        x: Floats,
+        y: Floats,
+        visible: NDArray[np.bool_],
+    ) -> Complexes:
+        """(len(x), len(y)) the baseband without footprints."""
+        sphere, wavelength = self.sphere, self._plane.wavelength
+        centre = pose.apply(self._middle[None])[0]
         turn = self._axes @ pose.rotation.T
-        sides = [
-            np.linspace(*span, 7) - middle for span, middle in zip(spans, centre, strict=False)
-        ]
-        x, y = np.meshgrid(*sides)
-        q = np.einsum("ij,jyx->iyx", turn, np.stack([x, y, np.full_like(x, -centre[2])]))
-        u, v, rho = coordinates(q)
-        # The nearest place lies between the samples: the foot of the perpendicular, or an edge.
-        near = [min(max(0.0, side[0]), side[-1]) for side in sides]
-        nearest = float(np.hypot(np.hypot(*near), centre[2]))
-        along = turn[:, 1]
-        tilt = abs(along[0]) / max(abs(along[1]), 1e-9) if along[1] > 0 else np.inf
-        u_range, v_range, s_range = (
-            _range(values) for values in (u, v, 1 / np.append(rho, nearest))
+        offsets = sphere.centres @ turn
+        places = centre + offsets
+        if len(places) == 1:
+            few = (x, None), (y, None)
+        else:
+            half = np.abs(turn.T) @ self._half
+            few = self._fewer(x, 0, places, half), self._fewer(y, 1, places, half)
+        (few_x, to_x), (few_y, to_y) = few
+        m = sphere.look_up(turn, centre, few_x, few_y, visible)
+        z = places[:, 2]
+        # The same split for every part: its wave is a product along x and y, a start and a rest.
+        dx, dy = few_x - places[:, :1], few_y - places[:, 1:2]
+        radians, modulus = reference.residual_parts(
+            dx[:, :, None], dy[:, None, :], z[:, None, None], wavelength
         )
-        return View(u_range, v_range, s_range, float(tilt) * 1.02 + (1e-6 if tilt else 0.0))
-
-    def _within_reach(self, poses: list[Pose]) -> list[Pose]:
-        """As many poses, from the first, as one grid of directions may cover."""
-        kept: list[Pose] = []
-        view: View | None = None
-        for pose in poses:
-            one = self._view(pose)
-            both = one if view is None else view.union(one)
-            fits = (
-                both.tilt < _TILT
-                and max(map(abs, both.u)) < _AZIMUTH
-                and max(map(abs, both.v)) < _ELEVATION
+        start = 2 * pi * reference.start(z, wavelength)
+        scale = (reference.modulus(z) * np.exp(1j * start)).astype(m.dtype)[:, None, None]
+        radians = radians.astype(m.real.dtype)
+        rest = np.empty_like(m)
+        np.cos(radians, out=rest.real)
+        np.sin(radians, out=rest.imag)
+        rest *= modulus.astype(m.real.dtype)
+        m *= rest
+        m *= scale
+        if to_x is None or to_y is None:
+            return m[0]
+        along_x, along_y = (
+            _turns(t, places[:, i], distances(z), own, distances(centre[2:])[0], wavelength)
+            for i, (t, distances, own) in enumerate(
+                ((x, reference.along_x, centre[0]), (y, reference.along_y, centre[1]))
             )
-            if fits:
-                radius = self._size, self._size
-                fits = self._values(radius, both) <= MOST_VALUES
-            if kept and not fits:
-                break
-            kept.append(pose)
-            view = both
-        return kept
+        )
+        return _carried(m, to_x, to_y, along_x, along_y)
 
-    def _values(self, radius: tuple[float, float], view: View) -> float:
-        return float(np.prod(grid_shape(radius, view, self._plane.wavelength, self._tolerance)))
+    def _fewer(
+        self, t: Floats, axis: int, places: Floats, half: Floats
+    ) -> tuple[Floats, Floats | None]:
+        """Places that parts are looked up at, and the matrix from them to `t`."""
+        low, high = float(t.min()), float(t.max())
+        z = float(places[:, 2].min()) - half[2]
+        off = max(abs(low - places[:, axis].max()), abs(high - places[:, axis].min())) + half[axis]
+        # sin of the direction, ∂(Δ·d)/∂t: Δ over z, and Δ in depth by the slope.
+        frequency = 1.03 * (half[axis] / z + half[2] * off / z**2) / self._plane.wavelength
+        return fewer(t, frequency, SHARE * self._tolerance)
+
+    def _strips(self, plan: Plan, values: Complexes) -> int:
+        """Sum strips from the points where no filter is good enough; pixels that takes."""
+        axes = plan.axes
+        (soft_x, at_x), (smooth_x, inner) = (part_of(axes[0], tapered) for tapered in (True, False))
+        soft_y, at_y = part_of(axes[1], True)
+        works: list[tuple[Axes, NDArray[np.intp], NDArray[np.intp]]] = []
+        if plan.from_points[0]:
+            works.append(((soft_x, axes[1]), np.arange(len(axes[1].nodes)), at_x))
+        if plan.from_points[1]:
+            wide, columns = axes[0], np.arange(len(axes[0].nodes))
+            if plan.from_points[0]:
+                wide, columns = smooth_x, inner
+            works.append(((wide, soft_y), at_y, columns))
+        soft = 0
+        for (along_x, along_y), rows, columns in works:
+            if len(rows) and len(columns):
+                reference = plan.wave.reference
+                real, imag, _ = sum_points(
+                    plan.thing.cloud, (along_x, along_y), reference, self._plane, plan.aim
+                )
+                values[np.ix_(rows, columns)] = real + 1j * imag
+        pixels_x, pixels_y = (_pixels(axis) for axis in axes)
+        if plan.from_points[0]:
+            soft += _pixels(axes[0], True) * pixels_y
+            pixels_x -= _pixels(axes[0], True)
+        if plan.from_points[1]:
+            soft += pixels_x * _pixels(axes[1], True)
+        return soft
 
 
-def _range(values: Floats) -> tuple[float, float]:
-    """Lowest and highest, with room for what lies between the samples."""
-    slack = 0.02 * float(np.ptp(values))
-    return float(values.min()) - slack, float(values.max()) + slack
+def _pixels(axis: Axis, tapered: bool = False) -> int:
+    """Targets that are read from an axis's nodes, or from those of its strips."""
+    runs = [run for run in axis.runs if run.tapered or not tapered]
+    return sum(block.target_count for run in runs for block in axis.blocks_of(run))
 
 
-def _mean_rotation(rotations: list[Floats]) -> Floats:
-    """The rotation nearest to the mean of some (polar decomposition)."""
-    left, _, right = np.linalg.svd(np.mean(rotations, axis=0))
-    left[:, -1] *= np.sign(np.linalg.det(left @ right))
-    return left @ right
+def planned(
+    thing: ObjectFrame, targets: tuple[Line, Line], plane: Plane, aim: float
+) -> Plan:
+    """A frame's reference wave, its nodes, and how they are read off the plain baseband."""
+    assert thing.body is not None and thing.pose is not None
+    cx, cy, cz = thing.pose.apply(middle_of(thing.body)[None])[0].tolist()
+    box = bounding_box(thing.cloud.positions)
+    its = reference_at((cx, cy, cz), box, plane)
+    axes = cluster_axes(thing.cloud, its, targets, plane, aim)
+    cloud = thing.cloud
+    strength = (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
+    chosen, share = sample_points(strength, cloud.positions)
+    points = cloud.positions[chosen].T
+    spots = [np.resize(axis.nodes[[0, len(axis.nodes) // 2, -1]], len(chosen)) for axis in axes]
+    centres = (its.far_y, its.x, its.z_x), (its.far_x, its.y, its.z_y)
+    light = [np.zeros(0)] * 2
+    tried: list[Along] = []
+    for i, (far, middle, z_middle) in enumerate(centres):
+        rest = _rest(its, i, spots[1 - i][:, None], points[1 - i][:, None], plane.wavelength)
+        common = far, plane.reach[i], middle, z_middle, plane.wavelength
+        tried.append(Along(points[i], points[2], *common, rest))
+        some = targets[i].places[:: max(1, targets[i].count // 64)]
+        light[i] = np.mean(tried[i].weights(some) ** 2, axis=1) * targets[i].count
+    allowed = (_FILTER_SHARE * aim) ** 2 / 2 * float(share @ (light[0] * light[1]))
+    readings: list[Reading] = []
+    missed, from_points = 0.0, []
+    for i, along in enumerate(tried):
+        other = centres[1 - i][1]
+        aside = across(axes[1 - i].span, other)
+        corners = np.array([(at, deep) for at in box[i] for deep in box[2]]).T
+        models = tuple(
+            replace(
+                along, x=corners[0], z=corners[1],
+                rest=_rest(its, i, np.array(line), np.array(other), plane.wavelength),
+            )
+            for line in aside.lines
+        )  # fmt: skip
+        reading = reading_of(axes[i], (models[0], models[1]), aside, False, aim)
+        power = float(share @ (reading.missed(axes[i], along, spots[1 - i]) * light[1 - i]))
+        if __import__("os").environ.get("DBG"): print("axis",i,"filter",(power/float(share @ (light[0] * light[1])))**.5, [ (f.matrices[0].shape if f.matrices else None) for f in reading.filters])
+        from_points.append(power > allowed)
+        if power > allowed:
+            reading = reading_of(axes[i], (models[0], models[1]), aside, True, aim)
+            power = 0.0
+        readings.append(reading)
+        missed += power
+    return Plan(
+        thing, aim, Wave(its, plane.wavelength, plane.reach), axes, (readings[0], readings[1]),
+        missed, (from_points[0], from_points[1]),
+    )  # fmt: skip
 
 
-def _pixels(axis: Axis) -> int:
-    return sum(block.target_count for block in axis.blocks)
+def _rest(
+    its: Reference, axis: int, line: Floats, place: Floats, wavelength: float
+) -> Callable[[Floats, Floats, Floats], NDArray[np.complex128]]:
+    """What is not separable along an axis, on a line across it, of points at a place across."""
+
+    def rest(t: Floats, x: Floats, z: Floats) -> NDArray[np.complex128]:
+        offsets = (t - x, line - place) if axis == 0 else (line - place, t - x)
+        return its.residual(*offsets, z, wavelength)
+
+    return rest
+
+
+def middle_of(body: PointCloud) -> Floats:
+    """(3,) middle of a body's box: the centre of its spheres."""
+    return np.asarray(bounding_box(body.positions).mean(axis=1))
+
+
+def views_ahead(
+    first: Plan,
+    poses: Sequence[Pose],
+    axes: Floats,
+    radius: Floats,
+    targets: tuple[Line, Line],
+    plane: Plane,
+    more: float,
+) -> Views:
+    """What frames need of a chart with these axes, about.
+
+    more : metres that places of parts lie beyond those of the whole
+    """
+    body = first.thing.body
+    assert body is not None
+    middle = middle_of(body)
+    size = float(np.linalg.norm(body.positions - middle, axis=1).max())
+    centre = np.stack([pose.apply(middle[None])[0] for pose in poses])
+    sides = []
+    for i, (low, high, _) in enumerate((plane.x, plane.y)):
+        far = size + (centre[:, 2] + size) * plane.reach[i]
+        a, b = np.maximum(low, centre[:, i] - far), np.minimum(high, centre[:, i] + far)
+        a, b = np.minimum(a, b), np.maximum(a, b)
+        # Places lie beyond the light; about as far in the other frames as in the first.
+        places = first.readings[i].places
+        beyond = 4 * targets[i].step + more
+        if len(places):
+            beyond += 1.3 * max(a[0] - float(places.min()), float(places.max()) - b[0], 0.0)
+        sides.append((a - beyond, b + beyond))
+    return views_of(poses, middle, axes, radius, (sides[0], sides[1]))
+
+
+def cut(own: Floats, parts: tuple[int, int, int]) -> tuple[NDArray[np.intp], Floats, Floats]:
+    """Each point's part, the parts' centres (P, 3), and the largest offset from them (3,)."""
+    if parts == (1, 1, 1):
+        return np.zeros(len(own), dtype=np.intp), np.zeros((1, 3)), np.abs(own).max(axis=0)
+    low, high = bounding_box(own).T
+    cell = np.zeros(len(own), dtype=np.intp)
+    for axis, number in enumerate(parts):
+        if number > 1 and high[axis] > low[axis]:
+            share = (own[:, axis] - low[axis]) / (high[axis] - low[axis])
+            cell = cell * number + np.minimum((share * number).astype(np.intp), number - 1)
+    _, part = np.unique(cell, return_inverse=True)
+    count = int(part.max()) + 1
+    ends = []
+    for least in (np.minimum, np.maximum):
+        end = np.full((count, 3), np.inf if least is np.minimum else -np.inf)
+        least.at(end, part, own)
+        ends.append(end)
+    centres = (ends[0] + ends[1]) / 2
+    return part, centres, np.max(ends[1] - centres, axis=0)
+
+
+def _turns(
+    t: Floats, places: Floats, z: Floats, own: float, z_own: float, wavelength: float
+) -> NDArray[np.complex64]:
+    """(P, len(t)) the parts' reference waves along an axis over the object's own."""
+    mine = reference_cycles(t, own, z_own, wavelength)
+    cycles = reference_cycles(t, places[:, None], z[:, None], wavelength) - mine
+    cos, sin = phasor(cycles)
+    return (cos + 1j * sin).astype(np.complex64)
+
+
+def _carried(
+    m: Complexes, to_x: Floats, to_y: Floats, along_x: Complexes, along_y: Complexes
+) -> Complexes:
+    """Σ_p (along_x_p∘to_x)·m_p·(along_y_p∘to_y)ᵀ, (n_x, n_y), in two real products."""
+    parts, _, few = m.shape
+    real = m.real.dtype
+    left = np.moveaxis(m, 0, 1).reshape(m.shape[1], -1).view(real)
+    both = along_y[:, None, :] * to_y.T.astype(real)
+    right = np.empty((parts * few, 2, to_y.shape[0], 2), dtype=real)
+    flat = both.reshape(parts * few, -1)
+    right[:, 0, :, 0] = right[:, 1, :, 1] = flat.real
+    right[:, 0, :, 1] = flat.imag
+    np.multiply(flat.imag, real.type(-1), out=right[:, 1, :, 0])
+    right = right.reshape(2 * parts * few, -1)
+    matrix = to_x.astype(real)
+    out = np.empty((len(to_x), to_y.shape[0]), dtype=m.dtype)
+
+    def some(rows: slice) -> None:
+        wide = (matrix[rows] @ left).view(m.dtype).reshape(-1, parts, few)
+        wide *= along_x.T[rows, :, None]
+        out[rows] = (wide.reshape(len(wide), -1).view(real) @ right).view(m.dtype)
+
+    cuts = np.linspace(0, len(to_x), 5).astype(int)
+    spread(some, [slice(a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True) if b > a])
+    return out

@@ -17,11 +17,15 @@ from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
-from chrmc.cgh.curved.chebyshev import chebyshev, interpolation
-from chrmc.cgh.curved.parallel import spread
-from chrmc.cgh.curved.series import Series, make_series
-from chrmc.cgh.curved.wave import Kernel
+from chrmc.cgh.curved.interface import (
+    Series,
+    chebyshev,
+    interpolation,
+    make_series,
+    spread,
+)
 from chrmc.compensation.ch_rmc_object.chart import Span, View, path
 from chrmc.compensation.ch_rmc_object.taps import Taps, taps_for
 from chrmc.scene.points import PointCloud
@@ -145,7 +149,12 @@ class Sphere:
         self._power = points.amplitude**2
         self._errors = self._expected_errors()
         self.dropped = 0.0
-        self.summed = 0  # points summed onto new tiles since the caller last looked
+        self._taken = 0
+
+    def taken(self) -> int:
+        """Points summed onto tiles that were new, since it was asked last."""
+        taken, self._taken = self._taken, 0
+        return taken
 
     @property
     def size(self) -> int:
@@ -192,25 +201,26 @@ class Sphere:
         if low < 0 or high > grid.count[0] or not inside:
             raise NotCovered
         self._ensure(slice(low, high), slice(int(first.min()), int(first.max()) + rows), visible)
-        parts = len(self.centres)
-        wide = np.zeros(alpha.shape, dtype=self._complex)
-        windows = np.lib.stride_tricks.sliding_window_view(self._values, taps.count, axis=-1)
-        number = np.arange(parts)[:, None, None]
+        number = np.arange(len(self.centres))[:, None, None]
         shares = _lagrange(grid.layers, 1 / r_at)
         out = np.empty(place.shape, dtype=self._complex)
+        flat = self._values.reshape(-1)
+        across, down = grid.count
 
         def some(columns: slice) -> None:
+            lines: NDArray[np.complexfloating] | None = None
             for layer, share in enumerate(shares):
-                near = windows[number, layer, at[:, None, :], start[:, columns]]
-                one = _weighed(near, weight[:, columns])
+                line = (number * len(shares) + layer) * down + at[:, None, :]
+                one = _weighed(flat, line * across + start[:, columns], weight[:, columns])
                 if len(shares) > 1:
-                    one *= share[:, columns]
-                wide[:, columns] += one
+                    one *= share[:, columns].astype(self._real)
+                lines = one if lines is None else lines + one
+            assert lines is not None
             own, by = taps.weights(place[:, columns])
-            lines = np.lib.stride_tricks.sliding_window_view(wide[:, columns], taps.count, axis=-1)
-            count = lines.shape[1]
-            near = lines[number, np.arange(count)[:, None], own - first[:, None, None]]
-            out[:, columns] = _weighed(near, by)
+            line = number * lines.shape[1] + np.arange(lines.shape[1])[:, None]
+            out[:, columns] = _weighed(
+                lines.reshape(-1), line * rows + own - first[:, None, None], by
+            )
 
         cuts = np.linspace(0, len(x), min(len(x), 4) + 1).astype(int)
         spread(some, [slice(a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)])
@@ -254,7 +264,7 @@ class Sphere:
         self._values[:, :, tile.beta, tile.alpha] = 0
         every = np.flatnonzero(visible)
         self._add(tile, every, np.ones(len(every)))
-        self.summed += len(every)
+        self._taken += len(every)
         tile.held = visible.copy()
 
     def _add(self, tile: _Tile, index: NDArray[np.intp], sign: Floats) -> None:
@@ -426,12 +436,21 @@ def _product(
 
 
 def _weighed(
-    near: NDArray[np.complexfloating], weight: NDArray[np.float32]
+    values: NDArray[np.complexfloating], start: NDArray[np.intp], weight: NDArray[np.float32]
 ) -> NDArray[np.complexfloating]:
-    """Σ over the last axis of values times weights."""
-    parts = near.view(near.real.dtype).reshape(*near.shape, 2)
-    out = np.einsum("...kc,...k->...c", parts, weight)
-    return np.ascontiguousarray(out).view(near.dtype)[..., 0]
+    """Σ_k weight_k·values[start + k], over flat values, for starts of any shape."""
+    real = values.real.dtype
+    taps, count = weight.shape[-1], start.size
+    kind = np.int32 if values.size < 2**31 else np.int64
+    index = (start.reshape(-1, 1) + np.arange(taps)).astype(kind, copy=False)
+    ends = np.arange(0, count * taps + 1, taps, dtype=kind)
+    matrix = csr_array(
+        (weight.reshape(-1).astype(real, copy=False), index.reshape(-1), ends),
+        shape=(count, values.size),
+    )
+    # Real weights on real and imaginary parts as two columns: half of a complex product.
+    out = matrix @ values.view(real).reshape(-1, 2)
+    return np.ascontiguousarray(out).view(values.dtype).reshape(start.shape)
 
 
 def _lagrange(nodes: Floats, at: Floats) -> Sequence[Floats]:

@@ -33,7 +33,9 @@ from chrmc.cgh.curved.interface import (
     promise_kept,
     signal_of,
 )
-from chrmc.compensation.ch_rmc_object.group import Group
+from chrmc.compensation.ch_rmc_object.choice import choose
+from chrmc.compensation.ch_rmc_object.group import Group, Plan, planned
+from chrmc.compensation.ch_rmc_object.sphere import NotCovered
 from chrmc.compensation.frame import VideoFrame
 from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import Coding
@@ -47,15 +49,20 @@ LOOK_AHEAD = 600
 _AIM = 0.7  # of the tolerance: one key frame has to do for many frames, the worst included
 
 
-@dataclass
+@dataclass(eq=False)
 class _Track:
-    """What is kept of one object from frame to frame."""
+    """What is kept of one object from frame to frame.
+
+    version : another for everything that is made
+    wait : frame from which reuse is thought of again
+    """
 
     thing: ObjectFrame
     factors: list[Factor]
     budget: Budget
     group: Group | None
-    version: int = 0
+    version: int
+    wait: int = 0
 
 
 def frames(
@@ -103,6 +110,7 @@ class _Maker:
         self._plane = plane_of(slm, wavelength, self._window, coding.passband)
         self._targets = lines_of(slm, self._window)
         self._tracks: dict[str, _Track] = {}
+        self._made = 0
         self._still: dict[str, tuple[tuple[tuple[str, int], ...], NDArray[Any]]] = {}
 
     def frames(self) -> Iterator[VideoFrame]:
@@ -114,7 +122,6 @@ class _Maker:
             moved: set[str] = set()
             for thing in scene_frame.objects:
                 if len(thing.cloud) == 0:
-                    self._tracks.pop(thing.name, None)
                     continue
                 track = self._tracks.get(thing.name)
                 with record.stage("PE"):
@@ -138,41 +145,82 @@ class _Maker:
     ) -> _Track:
         """The object's factors in a frame: looked up if its group covers it, else keyed anew."""
         check_showable(thing.cloud, self._slm, self._wavelength, self._coding.passband)
-        version = 0 if track is None else track.version + 1
         if thing.body is None or thing.ids is None or thing.pose is None:
-            return self._afresh(thing, version, record)
+            return self._afresh(thing, record, "its points are not known again")
         group = None if track is None else track.group
-        if group is not None:
+        if group is not None and group.body is thing.body:
             # Nodes that turn out too few for this frame are no reason for a key frame.
-            for aim in (_AIM * self._tolerance, 0.3 * self._tolerance):
-                if not group.covers(thing, aim):
+            for share in (_AIM, 0.4 * _AIM):
+                made = self._looked_up(group, thing, share * self._tolerance, record)
+                if made is None:
                     break
-                factor, budget = group.factor(thing, record, aim)
+                factor, budget = made
                 if promise_kept([factor], budget, self._tolerance):
-                    group.book(thing, record)
-                    return _Track(thing, [factor], budget, group, version)
+                    self._book(group, thing, record)
+                    return self._track(thing, [factor], budget, group)
+        elif track is not None and number < track.wait:
+            return self._afresh(thing, record, "", track.wait)
         ahead = self._ahead(thing, number)
         if all(pose.same_as(thing.pose) for pose in ahead):
-            return self._afresh(thing, version, record)
+            return self._afresh(thing, record, "it rests")
+        return self._keyed(thing, [thing.pose, *ahead], number, record)
+
+    def _keyed(
+        self, thing: ObjectFrame, poses: list[Pose], number: int, record: FrameRecord
+    ) -> _Track:
+        """A new group, if it pays, and the frame from it."""
         aim = _AIM * self._tolerance
         for _ in range(3):
             with record.stage("CON"):
+                plan = planned(thing, self._targets, self._plane, aim)
+                choice = choose(plan, poses, self._targets, self._plane, aim)
+                if choice.parts is None:
+                    return self._afresh(thing, record, choice.why, number + choice.frames)
                 group = Group(
-                    thing,
-                    ahead,
-                    self._targets,
-                    self._plane,
-                    aim,
+                    plan, poses[: choice.frames], choice.parts, self._targets, self._plane, aim
                 )
-                group.fill(thing)
-            factor, budget = group.factor(thing, record, aim)
+            made = self._looked_up(group, thing, aim, record, plan)
+            if made is None:
+                break
+            factor, budget = made
             if promise_kept([factor], budget, self._tolerance):
                 self._book_key(thing, record)
-                return _Track(thing, [factor], budget, group, version)
+                record.reuse[thing.name] = choice.why
+                return self._track(thing, [factor], budget, group)
             aim *= max(0.5 * self._tolerance / budget.relative, 1e-3)
-        return self._afresh(thing, version, record)
+        return self._afresh(thing, record, "a sphere would not be exact enough", number + 8)
 
-    def _afresh(self, thing: ObjectFrame, version: int, record: FrameRecord) -> _Track:
+    def _looked_up(
+        self,
+        group: Group,
+        thing: ObjectFrame,
+        aim: float,
+        record: FrameRecord,
+        plan: Plan | None = None,
+    ) -> tuple[Factor, Budget] | None:
+        """A frame from a group; None where the group does not reach."""
+        if plan is None:
+            with record.stage("PA"):
+                plan = planned(thing, self._targets, self._plane, aim)
+        try:
+            return group.factor(plan, record)
+        except NotCovered:
+            return None
+
+    def _track(
+        self,
+        thing: ObjectFrame,
+        factors: list[Factor],
+        budget: Budget,
+        group: Group | None,
+        wait: int = 0,
+    ) -> _Track:
+        self._made += 1
+        return _Track(thing, factors, budget, group, self._made, wait)
+
+    def _afresh(
+        self, thing: ObjectFrame, record: FrameRecord, why: str, wait: int = 0
+    ) -> _Track:
         """An object's factors straight from its points."""
         with record.stage("HC"):
             made = low_rank(
@@ -184,13 +232,28 @@ class _Maker:
                 tolerance=self._tolerance,
             )
         self._book_key(thing, record)
-        return _Track(thing, made.factors, made.budget, None, version)
+        record.reuse[thing.name] = f"afresh: {why}" if why else "afresh"
+        return self._track(thing, made.factors, made.budget, None, wait)
 
     def _book_key(self, thing: ObjectFrame, record: FrameRecord) -> None:
         record.key = True
         record.points_computed += len(thing.cloud)
         record.points_added += len(thing.cloud)
         record.point_pixels += len(thing.cloud) * self._slm.width * self._slm.height
+
+    def _book(self, group: Group, thing: ObjectFrame, record: FrameRecord) -> None:
+        """Count what a frame from a group took."""
+        count = group.count
+        changed = count.appeared + count.vanished
+        pixels = self._slm.width * self._slm.height
+        record.points_computed += changed
+        record.points_added += count.appeared
+        record.points_removed += count.vanished
+        record.point_pixels += changed * pixels + len(thing.cloud) * count.soft
+        record.blank_share = max(record.blank_share, count.soft / pixels)
+        record.reuse[thing.name] = "from its sphere" + (
+            f", {count.directions} points summed in new directions" if count.directions else ""
+        )
 
     def _ahead(self, thing: ObjectFrame, number: int) -> list[Pose]:
         """The object's poses in the frames to come, as far as the scene can tell."""
