@@ -164,6 +164,17 @@ def leaf_grid(box: Floats, count: int, nodes: tuple[int, int], plane: Plane) -> 
     Sub-clusters need few nodes each, and their basebands are carried to the cluster's nodes by
     two small matrix products.
     """
+    return _best_leaves(box, count, nodes, plane)[1]
+
+
+def cost_of_sums(box: Floats, count: int, nodes: tuple[int, int], plane: Plane) -> float:
+    """Multiply-adds, about, of summing points to a cluster's nodes in the best way."""
+    return _best_leaves(box, count, nodes, plane)[0]
+
+
+def _best_leaves(
+    box: Floats, count: int, nodes: tuple[int, int], plane: Plane
+) -> tuple[float, tuple[int, int]]:
     kx, ky = _kappas(box, plane)
     best, chosen = np.inf, (1, 1)
     for gx in (1, 2, 4, 8, 16, 32):
@@ -181,7 +192,7 @@ def leaf_grid(box: Floats, count: int, nodes: tuple[int, int], plane: Plane) -> 
             cost = carry + 4 * count * nx * ny * terms + _ENTRY * count * (nx + ny)
             if cost < best:
                 best, chosen = cost, (gx, gy)
-    return chosen
+    return best, chosen
 
 
 def leaves(cloud: PointCloud, box: Floats, grid: tuple[int, ...]) -> list[PointCloud]:

@@ -4,12 +4,12 @@ Nothing else of the package is promised. In the order of the computation, see do
 
 plan      `plane_of` and `lines_of` say what is planned for, `reference_at` takes the wave out,
           `cluster_axes` gives the nodes (`Axis`, in runs read by blocks), `part_of` some of them
-sum       `sum_points` gives the baseband at nodes; `make_series`, `chebyshev` and
-          `interpolation` are its parts, for sums at other places than a hologram's nodes
+sum       `sum_points` gives the baseband at nodes, for `cost_of_sums`; `make_series`, `chebyshev`
+          and `interpolation` are its parts, for sums at other places than a hologram's nodes
 assemble  `Factor` is a baseband with its nodes; `field_of` and `signal_of` make pixels of some
 waves     `axis_cycles`, `reference_cycles`, `phasor`, `phasors`: phases without cancellation
-predict   `sample_points` picks points that stand for all, `budget_of` gives the `Budget` of a factor, powers of its error and its light;
-          `promise_kept` whether that is good enough
+predict   `sample_points` stand for all, `budget_of` gives the `Budget` of a factor, powers of its
+          error and its light; `promise_kept` whether that is good enough
 at once   `low_rank` does all of this for one cloud; `spread` and `alone` share the cores
 """
 
@@ -24,7 +24,7 @@ from chrmc.cgh.curved import (
 from chrmc.cgh.curved.assembly import Factor, phasor, reference_cycles
 from chrmc.cgh.curved.baseband import Axes, Summed, cluster_axes, series_for, sum_points
 from chrmc.cgh.curved.chebyshev import chebyshev, interpolation
-from chrmc.cgh.curved.clusters import Plane, bounding_box, reference_at
+from chrmc.cgh.curved.clusters import Plane, bounding_box, cost_of_sums, reference_at
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
 from chrmc.cgh.curved.parallel import alone, spread
 from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
@@ -51,6 +51,7 @@ __all__ = [
     "chebyshev",
     "check_tolerance",
     "cluster_axes",
+    "cost_of_sums",
     "field_of",
     "interpolation",
     "lines_of",

@@ -283,7 +283,6 @@ def planned(
         )  # fmt: skip
         reading = reading_of(axes[i], (models[0], models[1]), aside, False, aim)
         power = float(share @ (reading.missed(axes[i], along, spots[1 - i]) * light[1 - i]))
-        if __import__("os").environ.get("DBG"): print("axis",i,"filter",(power/float(share @ (light[0] * light[1])))**.5, [ (f.matrices[0].shape if f.matrices else None) for f in reading.filters])
         from_points.append(power > allowed)
         if power > allowed:
             reading = reading_of(axes[i], (models[0], models[1]), aside, True, aim)

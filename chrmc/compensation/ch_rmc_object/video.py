@@ -33,7 +33,7 @@ from chrmc.cgh.curved.interface import (
     promise_kept,
     signal_of,
 )
-from chrmc.compensation.ch_rmc_object.choice import choose
+from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, choose
 from chrmc.compensation.ch_rmc_object.group import Group, Plan, planned
 from chrmc.compensation.ch_rmc_object.sphere import NotCovered
 from chrmc.compensation.frame import VideoFrame
@@ -74,11 +74,14 @@ def frames(
     coding: Coding,
     *,
     tolerance: float = 1e-3,
+    reuse: str = "auto",
 ) -> Iterator[VideoFrame]:
     """Frames by object-centred CH-RMC.
 
     cgh : "curved"
     tolerance : relative L2 error of every frame's field against the float64 truth
+    reuse : "auto" looks an object up where that costs less than computing it afresh, as counted
+        from the shapes of the work; "always" wherever it can be; the record's `reuse` says which
 
     The record's `error_predicted` stays below the tolerance: an object is keyed anew before it
     would pass it, and where no key frame helps ValueError says so. `blank_share` is the share of
@@ -91,7 +94,9 @@ def frames(
             "choose cgh curved, or surface paper"
         )
     check_tolerance(tolerance)
-    return _Maker(scene, slm, wavelength, numbers, coding, tolerance).frames()
+    if reuse not in ("auto", "always"):
+        raise ValueError(f'reuse must be "auto" or "always", not {reuse!r}')
+    return _Maker(scene, slm, wavelength, numbers, coding, tolerance, reuse == "always").frames()
 
 
 class _Maker:
@@ -103,7 +108,9 @@ class _Maker:
         numbers: range,
         coding: Coding,
         tolerance: float,
+        always: bool,
     ) -> None:
+        self._always = always
         self._scene, self._slm, self._wavelength = scene, slm, wavelength
         self._numbers, self._coding, self._tolerance = numbers, coding, tolerance
         self._window = Window.full(slm)
@@ -173,7 +180,10 @@ class _Maker:
         for _ in range(3):
             with record.stage("CON"):
                 plan = planned(thing, self._targets, self._plane, aim)
-                choice = choose(plan, poses, self._targets, self._plane, aim)
+                free = MOST_VALUES - self._held_beside(thing.name)
+                choice = choose(
+                    plan, poses, self._targets, self._plane, aim, free, self._always
+                )
                 if choice.parts is None:
                     return self._afresh(thing, record, choice.why, number + choice.frames)
                 group = Group(
@@ -189,6 +199,11 @@ class _Maker:
                 return self._track(thing, [factor], budget, group)
             aim *= max(0.5 * self._tolerance / budget.relative, 1e-3)
         return self._afresh(thing, record, "a sphere would not be exact enough", number + 8)
+
+    def _held_beside(self, name: str) -> int:
+        """Complex numbers that the other objects' spheres hold."""
+        groups = [t.group for n, t in self._tracks.items() if n != name and t.group is not None]
+        return sum(group.sphere.size for group in groups)
 
     def _looked_up(
         self,
