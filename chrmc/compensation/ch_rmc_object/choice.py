@@ -6,7 +6,7 @@ the same scene is decided the same way on every machine.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import pairwise, product
 from math import ceil
 
 import numpy as np
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.interface import Line, Plane, bounding_box, cost_of_sums
 from chrmc.compensation.ch_rmc_object.chart import Views, mean_rotation
-from chrmc.compensation.ch_rmc_object.group import Plan, views_ahead
-from chrmc.compensation.ch_rmc_object.sphere import Grid, make_grid
+from chrmc.compensation.ch_rmc_object.grid import Grid, make_grid
+from chrmc.compensation.ch_rmc_object.plan import Plan, views_ahead
 from chrmc.scene.scene import Pose
 
 Floats = NDArray[np.float64]
@@ -77,6 +77,8 @@ def choose(
         view = views.until(frames)
         if not view.whole:
             break
+        if always:
+            best = np.inf  # the longest that one chart can hold
         turned = _turned(poses[:frames])
         for parts in _divisions(count):
             half = size / parts
@@ -85,7 +87,7 @@ def choose(
             if number * len(grid.layers) * grid.count[0] * grid.count[1] > most:
                 continue
             cost = _cost(grid, views, count, parts, nodes, half, plan, turned / frames)
-            if cost <= best:
+            if cost <= 1.02 * best:
                 best, chosen = cost, Choice(parts, frames, "")
     share = best / fresh
     if chosen.parts is None or (share > 1 and not always):
@@ -124,7 +126,7 @@ def _width(views: Views) -> tuple[float, float]:
 def _turned(poses: Sequence[Pose]) -> float:
     """Radians between the first pose and the next, and so on, in all."""
     out = 0.0
-    for a, b in zip(poses[:-1], poses[1:], strict=True):
+    for a, b in pairwise(poses):
         out += float(np.linalg.norm(a.rotation - b.rotation)) / np.sqrt(2)
     return out
 
@@ -137,9 +139,7 @@ def _tiles(grid: Grid, views: Views) -> tuple[int, float]:
     for (low, high), first, step, tile in zip(
         (views.alpha, views.beta), grid.first, grid.step, grid.tile, strict=True
     ):
-        bounds.append(
-            [((end - first) / step // tile).astype(int) for end in (low, high)]
-        )
+        bounds.append([((end - first) / step // tile).astype(int) for end in (low, high)])
     for a0, a1, b0, b1 in zip(*bounds[0], *bounds[1], strict=True):
         ones = set(product(range(a0, a1 + 1), range(b0, b1 + 1)))
         touched += len(ones)
@@ -187,4 +187,3 @@ def _cost(
     rows = min(grid.count[1], _width(views)[1] / grid.step[1] + taps)
     look = number * x * (rows * (layers * _TAP * taps + _LOOK) + y * (_TAP * taps + 2 * _LOOK))
     return float(_FRAME + new + changed + look + carry)
-

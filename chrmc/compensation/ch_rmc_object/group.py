@@ -1,7 +1,8 @@
 """One object's frames from its light on a sphere of directions."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from math import pi, sqrt
 
 import numpy as np
@@ -16,30 +17,26 @@ from chrmc.cgh.curved.interface import (
     Plane,
     Reference,
     Remainder,
-    Wave,
     alone,
     bounding_box,
     budget_of,
-    cluster_axes,
     part_of,
     phasor,
-    reference_at,
     reference_cycles,
-    sample_points,
     spread,
     sum_points,
 )
-from chrmc.compensation.ch_rmc_object.chart import Views, mean_rotation, views_of
-from chrmc.compensation.ch_rmc_object.edge import Along, Reading, across, reading_of
-from chrmc.compensation.ch_rmc_object.sphere import SHARE, Sphere, make_grid
+from chrmc.compensation.ch_rmc_object.chart import mean_rotation
+from chrmc.compensation.ch_rmc_object.grid import SHARE, make_grid
+from chrmc.compensation.ch_rmc_object.plan import Plan, middle_of, views_ahead
+from chrmc.compensation.ch_rmc_object.sphere import Sphere
 from chrmc.compensation.ch_rmc_object.taps import fewer, fewer_beyond
 from chrmc.compensation.ledger import FrameRecord
 from chrmc.scene.points import PointCloud
-from chrmc.scene.scene import ObjectFrame, Pose
+from chrmc.scene.scene import Pose
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complexfloating]
-_FILTER_SHARE = 0.4  # of the tolerance that filters may take; beyond it strips come from points
 
 
 @dataclass(frozen=True)
@@ -55,23 +52,6 @@ class Count:
     vanished: int = 0
     soft: int = 0
     directions: int = 0
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """Where a frame's baseband is needed, at some tolerance.
-
-    missed : expected power of the filters' error
-    from_points : strips along x, along y that no filter is good enough for
-    """
-
-    thing: ObjectFrame
-    aim: float
-    wave: Wave
-    axes: Axes
-    readings: tuple[Reading, Reading]
-    missed: float
-    from_points: tuple[bool, bool]
 
 
 class Group:
@@ -145,9 +125,7 @@ class Group:
         (along_x, along_y), (axis_x, axis_y) = plan.readings, plan.axes
         if not len(along_x.places) or not len(along_y.places):
             return np.zeros((len(axis_y.nodes), len(axis_x.nodes)), dtype=np.complex64)
-        plain = self._plain(
-            pose, plan.wave.reference, along_x.places, along_y.places, visible
-        )
+        plain = self._plain(pose, plan.wave.reference, along_x.places, along_y.places, visible)
         wide = along_x.of(plain, len(axis_x.nodes), along_y.places)
         return along_y.of(np.ascontiguousarray(wide.T), len(axis_y.nodes), axis_x.nodes)
 
@@ -165,12 +143,12 @@ class Group:
         turn = self._axes @ pose.rotation.T
         offsets = sphere.centres @ turn
         places = centre + offsets
-        if len(places) == 1:
-            few = (x, None), (y, None)
-        else:
+        few_x, few_y = x, y
+        to_x = to_y = None
+        if len(places) > 1:
             half = np.abs(turn.T) @ self._half
-            few = self._fewer(x, 0, places, half), self._fewer(y, 1, places, half)
-        (few_x, to_x), (few_y, to_y) = few
+            few_x, to_x = self._fewer(x, 0, places, half)
+            few_y, to_y = self._fewer(y, 1, places, half)
         m = sphere.look_up(turn, centre, few_x, few_y, visible)
         z = places[:, 2]
         # The same split for every part: its wave is a product along x and y, a start and a rest.
@@ -197,9 +175,7 @@ class Group:
         )
         return _carried(m, to_x, to_y, along_x, along_y)
 
-    def _fewer(
-        self, t: Floats, axis: int, places: Floats, half: Floats
-    ) -> tuple[Floats, Floats | None]:
+    def _fewer(self, t: Floats, axis: int, places: Floats, half: Floats) -> tuple[Floats, Floats]:
         """Places that parts are looked up at, and the matrix from them to `t`."""
         low, high = float(t.min()), float(t.max())
         z = float(places[:, 2].min()) - half[2]
@@ -244,106 +220,6 @@ def _pixels(axis: Axis, tapered: bool = False) -> int:
     return sum(block.target_count for run in runs for block in axis.blocks_of(run))
 
 
-def planned(
-    thing: ObjectFrame, targets: tuple[Line, Line], plane: Plane, aim: float
-) -> Plan:
-    """A frame's reference wave, its nodes, and how they are read off the plain baseband."""
-    assert thing.body is not None and thing.pose is not None
-    cx, cy, cz = thing.pose.apply(middle_of(thing.body)[None])[0].tolist()
-    box = bounding_box(thing.cloud.positions)
-    its = reference_at((cx, cy, cz), box, plane)
-    axes = cluster_axes(thing.cloud, its, targets, plane, aim)
-    cloud = thing.cloud
-    strength = (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
-    chosen, share = sample_points(strength, cloud.positions)
-    points = cloud.positions[chosen].T
-    spots = [np.resize(axis.nodes[[0, len(axis.nodes) // 2, -1]], len(chosen)) for axis in axes]
-    centres = (its.far_y, its.x, its.z_x), (its.far_x, its.y, its.z_y)
-    light = [np.zeros(0)] * 2
-    tried: list[Along] = []
-    for i, (far, middle, z_middle) in enumerate(centres):
-        rest = _rest(its, i, spots[1 - i][:, None], points[1 - i][:, None], plane.wavelength)
-        common = far, plane.reach[i], middle, z_middle, plane.wavelength
-        tried.append(Along(points[i], points[2], *common, rest))
-        some = targets[i].places[:: max(1, targets[i].count // 64)]
-        light[i] = np.mean(tried[i].weights(some) ** 2, axis=1) * targets[i].count
-    allowed = (_FILTER_SHARE * aim) ** 2 / 2 * float(share @ (light[0] * light[1]))
-    readings: list[Reading] = []
-    missed, from_points = 0.0, []
-    for i, along in enumerate(tried):
-        other = centres[1 - i][1]
-        aside = across(axes[1 - i].span, other)
-        corners = np.array([(at, deep) for at in box[i] for deep in box[2]]).T
-        models = tuple(
-            replace(
-                along, x=corners[0], z=corners[1],
-                rest=_rest(its, i, np.array(line), np.array(other), plane.wavelength),
-            )
-            for line in aside.lines
-        )  # fmt: skip
-        reading = reading_of(axes[i], (models[0], models[1]), aside, False, aim)
-        power = float(share @ (reading.missed(axes[i], along, spots[1 - i]) * light[1 - i]))
-        from_points.append(power > allowed)
-        if power > allowed:
-            reading = reading_of(axes[i], (models[0], models[1]), aside, True, aim)
-            power = 0.0
-        readings.append(reading)
-        missed += power
-    return Plan(
-        thing, aim, Wave(its, plane.wavelength, plane.reach), axes, (readings[0], readings[1]),
-        missed, (from_points[0], from_points[1]),
-    )  # fmt: skip
-
-
-def _rest(
-    its: Reference, axis: int, line: Floats, place: Floats, wavelength: float
-) -> Callable[[Floats, Floats, Floats], NDArray[np.complex128]]:
-    """What is not separable along an axis, on a line across it, of points at a place across."""
-
-    def rest(t: Floats, x: Floats, z: Floats) -> NDArray[np.complex128]:
-        offsets = (t - x, line - place) if axis == 0 else (line - place, t - x)
-        return its.residual(*offsets, z, wavelength)
-
-    return rest
-
-
-def middle_of(body: PointCloud) -> Floats:
-    """(3,) middle of a body's box: the centre of its spheres."""
-    return np.asarray(bounding_box(body.positions).mean(axis=1))
-
-
-def views_ahead(
-    first: Plan,
-    poses: Sequence[Pose],
-    axes: Floats,
-    radius: Floats,
-    targets: tuple[Line, Line],
-    plane: Plane,
-    more: float,
-) -> Views:
-    """What frames need of a chart with these axes, about.
-
-    more : metres that places of parts lie beyond those of the whole
-    """
-    body = first.thing.body
-    assert body is not None
-    middle = middle_of(body)
-    size = float(np.linalg.norm(body.positions - middle, axis=1).max())
-    centre = np.stack([pose.apply(middle[None])[0] for pose in poses])
-    sides = []
-    for i, (low, high, _) in enumerate((plane.x, plane.y)):
-        far = size + (centre[:, 2] + size) * plane.reach[i]
-        a, b = np.maximum(low, centre[:, i] - far), np.minimum(high, centre[:, i] + far)
-        a, b = np.minimum(a, b), np.maximum(a, b)
-        # Places lie beyond the light; about as far in the other frames as in the first.
-        places = first.readings[i].places
-        beyond = 4 * targets[i].step + more
-        if len(places):
-            beyond += 1.3 * max(a[0] - float(places.min()), float(places.max()) - b[0], 0.0)
-        sides.append((a - beyond, b + beyond))
-    return views_of(poses, middle, axes, radius, (sides[0], sides[1]))
-
-
 def cut(own: Floats, parts: tuple[int, int, int]) -> tuple[NDArray[np.intp], Floats, Floats]:
     """Each point's part, the parts' centres (P, 3), and the largest offset from them (3,)."""
     if parts == (1, 1, 1):
@@ -370,7 +246,8 @@ def _turns(
 ) -> NDArray[np.complex64]:
     """(P, len(t)) the parts' reference waves along an axis over the object's own."""
     mine = reference_cycles(t, own, z_own, wavelength)
-    cycles = reference_cycles(t, places[:, None], z[:, None], wavelength) - mine
+    every = zip(places.tolist(), z.tolist(), strict=True)
+    cycles = np.stack([reference_cycles(t, at, deep, wavelength) - mine for at, deep in every])
     cos, sin = phasor(cycles)
     return (cos + 1j * sin).astype(np.complex64)
 
@@ -398,5 +275,5 @@ def _carried(
         out[rows] = (wide.reshape(len(wide), -1).view(real) @ right).view(m.dtype)
 
     cuts = np.linspace(0, len(to_x), 5).astype(int)
-    spread(some, [slice(a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True) if b > a])
+    spread(some, [slice(a, b) for a, b in pairwise(cuts) if b > a])
     return out

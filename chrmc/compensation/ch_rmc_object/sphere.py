@@ -10,9 +10,10 @@ The grid is cut into tiles. A tile knows which points it holds; when a frame loo
 appeared or vanished since is added once, and a tile that was never looked at is summed then.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import ceil, factorial, log, pi, sqrt
+from itertools import pairwise
+from math import factorial, pi, sqrt
 from threading import Lock
 
 import numpy as np
@@ -21,20 +22,19 @@ from scipy.sparse import csr_array
 
 from chrmc.cgh.curved.interface import (
     Series,
-    chebyshev,
-    interpolation,
     make_series,
     spread,
 )
-from chrmc.compensation.ch_rmc_object.chart import Span, View, path
-from chrmc.compensation.ch_rmc_object.taps import Taps, taps_for
+from chrmc.compensation.ch_rmc_object.chart import path
+from chrmc.compensation.ch_rmc_object.grid import SHARE, Grid
+from chrmc.compensation.ch_rmc_object.sums import cycles_of, phase_table, product_of
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Tables = tuple[NDArray[np.floating], NDArray[np.floating]]
+"""cos and sin of points' phases along α, (2, N, n_α), and along β, (2, N, n_β)."""
 
-SHARE = 0.2
-"""Of the tolerance: for each of α, β, range and the sums behind the grid."""
 _AT_ONCE = 4096  # points whose tables are held at once
 _ROUNDING = 5e-7  # of sums in single precision
 _SINGLE = 5e-6  # smallest tolerance that single precision serves
@@ -42,67 +42,6 @@ _SINGLE = 5e-6  # smallest tolerance that single precision serves
 
 class NotCovered(Exception):
     """A frame needs directions or ranges beyond the chart."""
-
-
-@dataclass(frozen=True, eq=False)
-class Grid:
-    """Even places in α and β, and layers of range.
-
-    first, step, count : of α and β
-    bandwidth : cycles per unit of α and of β, the latter along a leaning column
-    layers : (L,) 1/r, Chebyshev nodes of `span`
-    tile : places of a tile along α and β
-    """
-
-    first: tuple[float, float]
-    step: tuple[float, float]
-    count: tuple[int, int]
-    bandwidth: tuple[float, float]
-    layers: Floats
-    span: Span
-    tile: tuple[int, int]
-    taps: Taps
-    tilt: float
-
-
-def make_grid(
-    half: Floats, view: View, width: tuple[float, float], wavelength: float, tolerance: float
-) -> Grid:
-    """The grid for parts whose points lie within `half` (3,) of their centres.
-
-    width : of one frame's view in α and β
-    """
-    taps = taps_for(SHARE * tolerance)
-    spans = view.alpha, view.beta
-    far = [max(abs(low), abs(high)) for low, high in spans]
-    gamma = sqrt(max(1 - far[0] ** 2 - far[1] ** 2, 0.05))
-    # ∂(Δ·d)/∂α = Δ_1 + Δ_3·α/γ; the path's second order adds Δ²/r to a share of it.
-    across, down = (1.02 * (half[i] + half[2] * far[i] / gamma) / wavelength for i in range(2))
-    down += across * view.tilt
-    steps = taps.step(across), taps.step(down)
-    pad = taps.count // 2 + 1
-    count = [ceil((high - low) / h) + 2 * pad + 1 for (low, high), h in zip(spans, steps, strict=True)]
-    swing = pi * float(half[0] ** 2 + half[1] ** 2) * (view.s[1] - view.s[0]) / 2 / wavelength
-    layers = layer_count(swing, SHARE * tolerance)
-    middle, reach = (view.s[0] + view.s[1]) / 2, (view.s[1] - view.s[0]) / 2
-    tile = (
-        min(count[0], ceil(width[0] / 2 / steps[0]) + 1),
-        # A little more than a view is not worth two tiles.
-        count[1] if count[1] * steps[1] < 2 * width[1] else ceil(width[1] / 2 / steps[1]) + 1,
-    )
-    return Grid(
-        (spans[0][0] - pad * steps[0], spans[1][0] - pad * steps[1]), steps,
-        (count[0], count[1]), (across, down), middle + reach * chebyshev(layers), view.s, tile,
-        taps, view.tilt,
-    )  # fmt: skip
-
-
-def layer_count(swing: float, tolerance: float) -> int:
-    """Layers for a phase of ±swing radians over the range: 2·J_L(swing) ≤ tolerance, about."""
-    count = 1
-    while 2 * (swing / 2) ** count / factorial(count) > tolerance and count < 40:
-        count += 1
-    return count
 
 
 @dataclass(eq=False)
@@ -141,7 +80,7 @@ class Sphere:
         self.grid, self.centres = grid, centres
         self._points, self._part, self._half = points, part, half
         self._wavelength, self._tolerance = wavelength, tolerance
-        self._real = np.dtype(np.float32 if tolerance >= _SINGLE else np.float64)
+        self._real: type[np.floating] = np.float32 if tolerance >= _SINGLE else np.float64
         self._complex = np.result_type(self._real, np.complex64)
         shape = (len(centres), len(grid.layers), grid.count[1], grid.count[0])
         self._values = np.zeros(shape, dtype=self._complex)
@@ -223,7 +162,7 @@ class Sphere:
             )
 
         cuts = np.linspace(0, len(x), min(len(x), 4) + 1).astype(int)
-        spread(some, [slice(a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)])
+        spread(some, [slice(a, b) for a, b in pairwise(cuts)])
         return out
 
     def _columns(
@@ -281,28 +220,30 @@ class Sphere:
         edges = [0, *cuts.tolist(), len(index)]
         works = [
             (int(part[a]), slice(start, min(start + _AT_ONCE, b)))
-            for a, b in zip(edges[:-1], edges[1:], strict=True)
+            for a, b in pairwise(edges)
             for start in range(a, b, _AT_ONCE)
         ]
         works.sort(key=lambda work: work[1].start - work[1].stop)
         lock = Lock()
+        small = len(index) <= _AT_ONCE
         for number, s in enumerate(self.grid.layers):
             r = float(1 / s)
             if len(tile.rests) <= number:
                 tile.rests.append(self._rest(tile, r))
-            series, weights = tile.rests[number]
-            small = len(index) <= _AT_ONCE
             every = self._tables(tile, r, local, turns) if small else None
 
-            def sum_part(work: tuple[int, slice], layer: int = number) -> None:
+            def sum_part(
+                work: tuple[int, slice], layer: int = number, r: float = r,
+                every: Tables | None = every,
+            ) -> None:  # fmt: skip
                 where, some = work
-                across, down = (
-                    self._tables(tile, r, local[some], turns[some])
-                    if every is None
-                    else (every[0][:, some], every[1][:, some])
-                )
+                series, weights = tile.rests[layer]
+                if every is None:
+                    across, down = self._tables(tile, r, local[some], turns[some])
+                else:
+                    across, down = every[0][:, some], every[1][:, some]
                 scale = (series.at_points(local[some]) * strength[some]).astype(self._real)
-                total = _product(across, down, scale, weights)
+                total = product_of(across, down, scale, weights)
                 with lock:
                     self._values[where, layer, tile.beta, tile.alpha] += total
 
@@ -313,7 +254,7 @@ class Sphere:
         grid = self.grid
         alpha = grid.first[0] + grid.step[0] * np.arange(tile.alpha.start, tile.alpha.stop)
         beta = grid.first[1] + grid.step[1] * np.arange(tile.beta.start, tile.beta.stop)
-        return alpha, beta, np.mean(alpha), np.mean(beta)
+        return alpha, beta, np.asarray(alpha.mean()), np.asarray(beta.mean())
 
     def _rest(self, tile: _Tile, r: float) -> tuple[Series, NDArray[np.complexfloating]]:
         """What the tables leave: its series, and the terms at the tile's places."""
@@ -337,21 +278,18 @@ class Sphere:
         if series is None:
             raise NotCovered
         self.dropped = max(self.dropped, series.dropped)
-        on_nodes = series.on_nodes(alpha, beta, self._real.type)
+        on_nodes = series.on_nodes(alpha, beta, self._real)
         terms = [on_nodes.of(term) for term in range(series.terms)]
         return series, np.stack([real + 1j * imag for real, imag in terms]).astype(self._complex)
 
-    def _tables(
-        self, tile: _Tile, r: float, local: Floats, turns: Floats
-    ) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
-        """cos and sin along α (2, N, n_α) and along β (2, N, n_β)."""
+    def _tables(self, tile: _Tile, r: float, local: Floats, turns: Floats) -> Tables:
         alpha, beta, at_a, at_b = self._middle(tile)
         x, y, z = (column[:, None] for column in local.T)
         corner = path(at_a, at_b, (x, y, z), r) / self._wavelength
-        across = _cycles(lambda a: path(a, at_b, (x, y, z), r), alpha, at_b, self._wavelength)
-        down = _cycles(lambda b: path(at_a, b, (x, y, z), r), beta, at_a, self._wavelength)
+        across = cycles_of(lambda a: path(a, at_b, (x, y, z), r), alpha, at_b, self._wavelength)
+        down = cycles_of(lambda b: path(at_a, b, (x, y, z), r), beta, at_a, self._wavelength)
         down += turns[:, None] - corner
-        return _phasors(across, self._real), _phasors(down, self._real)
+        return phase_table(across, self._real), phase_table(down, self._real)
 
     def expected_error(self, visible: Mask) -> float:
         """Relative rms error of a look-up, averaged over the power of the points seen."""
@@ -376,63 +314,6 @@ class Sphere:
         count = len(grid.layers)
         swing = pi * (x * x + y * y) / self._wavelength * half
         return np.asarray(error + 2 * ((swing / 2) ** count / factorial(count)) ** 2)
-
-
-def _cycles(
-    length: Callable[[Floats], Floats], at: Floats, other: Floats, wavelength: float
-) -> Floats:
-    """(N, len(at)) path over the wavelength at many places from few, exact to 1e-10.
-
-    The path is analytic in α up to γ = 0, so that its Chebyshev series falls fast.
-    """
-    low, high = float(at[0]), float(at[-1])
-    reach = (high - low) / 2
-    edge = sqrt(1 - float(other) ** 2)
-    if reach > 0:
-        ratio = (edge - max(abs(low), abs(high))) / reach + 1
-        few = 4 + ceil(log(1e12) / log(ratio + sqrt(ratio * ratio - 1)))
-        if few < 0.7 * len(at):
-            coarse = (low + high) / 2 + reach * chebyshev(few)
-            matrix = interpolation(few, (at - (low + high) / 2) / reach).T
-            return (length(coarse) / wavelength) @ matrix
-    return length(at) / wavelength
-
-
-def _phasors(cycles: Floats, real: np.dtype) -> NDArray[np.floating]:
-    """cos and sin of 2π·cycles, reduced in float64."""
-    cycles -= np.rint(cycles)
-    turn = cycles.astype(real)
-    turn *= real.type(2 * pi)
-    out = np.empty((2, *turn.shape), dtype=real)
-    np.cos(turn, out=out[0])
-    np.sin(turn, out=out[1])
-    return out
-
-
-def _product(
-    across: NDArray[np.floating],
-    down: NDArray[np.floating],
-    scale: NDArray[np.floating],
-    weights: NDArray[np.complexfloating],
-) -> NDArray[np.complexfloating]:
-    """Σ_t weights_t·Σ_j scale_tj·down_j·across_j, (n_β, n_α), one real product a term."""
-    right = across.reshape(-1, across.shape[2])
-    rows = down.shape[2]
-    left = np.empty((2, down.shape[1], 2, rows), dtype=right.dtype)
-    total: NDArray[np.complexfloating] | None = None
-    for share, weight in zip(scale, weights, strict=True):
-        column = share[:, None]
-        np.multiply(down[0], column, out=left[0, :, 0])
-        np.multiply(down[1], column, out=left[0, :, 1])
-        left[1, :, 1] = left[0, :, 0]
-        np.multiply(left[0, :, 1], right.dtype.type(-1), out=left[1, :, 0])
-        flat = left.reshape(-1, 2 * rows).T @ right
-        one = np.empty((rows, right.shape[1]), dtype=weights.dtype)
-        one.real, one.imag = flat[:rows], flat[rows:]
-        one *= weight
-        total = one if total is None else total + one
-    assert total is not None
-    return total
 
 
 def _weighed(

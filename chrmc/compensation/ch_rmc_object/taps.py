@@ -68,10 +68,8 @@ def _solve(count: int, frequency: float, at: Floats, nugget: float) -> Floats:
     places = np.arange(count) - (count // 2 - 1.0)
     among = j0(2 * np.pi * frequency * (places[:, None] - places))
     among[np.diag_indices(count)] += nugget**2
-    solved: Floats = np.linalg.solve(
-        among, j0(2 * np.pi * frequency * (places[:, None] - at))
-    ).T
-    return solved
+    solved = np.linalg.solve(among, j0(2 * np.pi * frequency * (places[:, None] - at))).T
+    return np.asarray(solved, dtype=np.float64)
 
 
 def _errors(count: int, frequency: float, nugget: float) -> Floats:
@@ -86,7 +84,9 @@ def _errors(count: int, frequency: float, nugget: float) -> Floats:
 @lru_cache(maxsize=64)
 def taps_for(tolerance: float) -> Taps:
     """Neighbours and grid that read all frequencies up to the band's end at this rms error."""
-    count = next(n for n, least in ((6, 4e-3), (8, 1e-3), (10, 1e-4), (14, 0.0)) if tolerance >= least)
+    count = next(
+        n for n, least in ((6, 4e-3), (8, 1e-3), (10, 1e-4), (14, 0.0)) if tolerance >= least
+    )
     nugget = 0.1 * tolerance
     sparse, dense = 1.05, 6.0
     for _ in range(20):
@@ -108,20 +108,20 @@ def fewer(t: Floats, frequency: float, tolerance: float) -> tuple[Floats, Floats
     low, high = float(t.min()), float(t.max())
     margin, slack = _beyond(tolerance)
     nyquist = 2 * frequency * (high - low)
-    slack *= 1 + 0.13 * max(0.0, log2(max(nyquist, 1.0) / 16))
+    slack *= 1.15 + 0.13 * max(0.0, log2(max(nyquist, 1.0) / 16))
     spacings = 1
     while spacings < nyquist * (1 + slack / (spacings + 2 * margin)) + 0.1:
         spacings += 1
     count = spacings + 1 + 2 * margin
     if count >= len(t) or high <= low:
-        return t, np.eye(len(t))
+        return t, np.eye(len(t), dtype=np.float64)
     step = (high - low) / spacings
-    places = low + step * (np.arange(count) - margin)
+    places: Floats = low + step * (np.arange(count, dtype=np.float64) - margin)
     among = j0(2 * np.pi * frequency * step * np.arange(count))
     matrix = among[np.abs(np.arange(count)[:, None] - np.arange(count))]
     matrix[np.diag_indices(count)] += (0.1 * tolerance) ** 2
     wanted = j0(2 * np.pi * frequency * (places[:, None] - t))
-    return places, np.asarray(np.linalg.solve(matrix, wanted).T)
+    return places, np.asarray(np.linalg.solve(matrix, wanted).T, dtype=np.float64)
 
 
 def fewer_beyond(frequency: float, tolerance: float) -> float:

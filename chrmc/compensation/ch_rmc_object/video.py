@@ -34,7 +34,8 @@ from chrmc.cgh.curved.interface import (
     signal_of,
 )
 from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, choose
-from chrmc.compensation.ch_rmc_object.group import Group, Plan, planned
+from chrmc.compensation.ch_rmc_object.group import Group
+from chrmc.compensation.ch_rmc_object.plan import Plan, planned
 from chrmc.compensation.ch_rmc_object.sphere import NotCovered
 from chrmc.compensation.frame import VideoFrame
 from chrmc.compensation.ledger import FrameRecord
@@ -181,9 +182,7 @@ class _Maker:
             with record.stage("CON"):
                 plan = planned(thing, self._targets, self._plane, aim)
                 free = MOST_VALUES - self._held_beside(thing.name)
-                choice = choose(
-                    plan, poses, self._targets, self._plane, aim, free, self._always
-                )
+                choice = choose(plan, poses, self._targets, self._plane, aim, free, self._always)
                 if choice.parts is None:
                     return self._afresh(thing, record, choice.why, number + choice.frames)
                 group = Group(
@@ -233,9 +232,7 @@ class _Maker:
         self._made += 1
         return _Track(thing, factors, budget, group, self._made, wait)
 
-    def _afresh(
-        self, thing: ObjectFrame, record: FrameRecord, why: str, wait: int = 0
-    ) -> _Track:
+    def _afresh(self, thing: ObjectFrame, record: FrameRecord, why: str, wait: int = 0) -> _Track:
         """An object's factors straight from its points."""
         with record.stage("HC"):
             made = low_rank(

@@ -1,0 +1,79 @@
+"""The grid of directions and ranges that a view needs, for parts of some size."""
+
+from dataclasses import dataclass
+from math import ceil, factorial, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh.curved.interface import chebyshev
+from chrmc.compensation.ch_rmc_object.chart import Span, View
+from chrmc.compensation.ch_rmc_object.taps import Taps, taps_for
+
+Floats = NDArray[np.float64]
+
+SHARE = 0.2
+"""Of the tolerance: for each of α, β, range and the sums behind the grid."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Even places in α and β, and layers of range.
+
+    first, step, count : of α and β
+    bandwidth : cycles per unit of α and of β, the latter along a leaning column
+    layers : (L,) 1/r, Chebyshev nodes of `span`
+    tile : places of a tile along α and β
+    """
+
+    first: tuple[float, float]
+    step: tuple[float, float]
+    count: tuple[int, int]
+    bandwidth: tuple[float, float]
+    layers: Floats
+    span: Span
+    tile: tuple[int, int]
+    taps: Taps
+    tilt: float
+
+
+def make_grid(
+    half: Floats, view: View, width: tuple[float, float], wavelength: float, tolerance: float
+) -> Grid:
+    """The grid for parts whose points lie within `half` (3,) of their centres.
+
+    width : of one frame's view in α and β
+    """
+    taps = taps_for(SHARE * tolerance)
+    spans = view.alpha, view.beta
+    far = [max(abs(low), abs(high)) for low, high in spans]
+    gamma = sqrt(max(1 - far[0] ** 2 - far[1] ** 2, 0.05))
+    # ∂(Δ·d)/∂α = Δ_1 + Δ_3·α/γ; the path's second order adds Δ²/r to a share of it.
+    across, down = (1.02 * (half[i] + half[2] * far[i] / gamma) / wavelength for i in range(2))
+    down += across * view.tilt
+    steps = taps.step(across), taps.step(down)
+    pad = taps.count // 2 + 1
+    count = [
+        ceil((high - low) / h) + 2 * pad + 1 for (low, high), h in zip(spans, steps, strict=True)
+    ]
+    swing = pi * float(half[0] ** 2 + half[1] ** 2) * (view.s[1] - view.s[0]) / 2 / wavelength
+    layers = layer_count(swing, SHARE * tolerance)
+    middle, reach = (view.s[0] + view.s[1]) / 2, (view.s[1] - view.s[0]) / 2
+    tile = (
+        min(count[0], ceil(width[0] / 2 / steps[0]) + 1),
+        # A little more than a view is not worth two tiles.
+        count[1] if count[1] * steps[1] < 2 * width[1] else ceil(width[1] / 2 / steps[1]) + 1,
+    )
+    return Grid(
+        (spans[0][0] - pad * steps[0], spans[1][0] - pad * steps[1]), steps,
+        (count[0], count[1]), (across, down), middle + reach * chebyshev(layers), view.s, tile,
+        taps, view.tilt,
+    )  # fmt: skip
+
+
+def layer_count(swing: float, tolerance: float) -> int:
+    """Layers for a phase of ±swing radians over the range: 2·J_L(swing) ≤ tolerance, about."""
+    count = 1
+    while 2 * (swing / 2) ** count / factorial(count) > tolerance and count < 40:
+        count += 1
+    return count

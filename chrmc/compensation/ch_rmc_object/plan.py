@@ -1,0 +1,141 @@
+"""Where a frame's baseband is needed: reference wave, nodes, and how they are read off it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh.curved.interface import (
+    Axes,
+    Line,
+    Plane,
+    Reference,
+    Wave,
+    bounding_box,
+    cluster_axes,
+    reference_at,
+    sample_points,
+)
+from chrmc.compensation.ch_rmc_object.chart import Views, views_of
+from chrmc.compensation.ch_rmc_object.edge import Along, Reading, across, reading_of
+from chrmc.scene.points import PointCloud
+from chrmc.scene.scene import ObjectFrame, Pose
+
+Floats = NDArray[np.float64]
+_FILTER_SHARE = 0.75  # of the tolerance that filters may take; beyond it strips come from points
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Where a frame's baseband is needed, at some tolerance.
+
+    missed : expected power of the filters' error
+    from_points : strips along x, along y that no filter is good enough for
+    """
+
+    thing: ObjectFrame
+    aim: float
+    wave: Wave
+    axes: Axes
+    readings: tuple[Reading, Reading]
+    missed: float
+    from_points: tuple[bool, bool]
+
+
+def planned(thing: ObjectFrame, targets: tuple[Line, Line], plane: Plane, aim: float) -> Plan:
+    """A frame's reference wave, its nodes, and how they are read off the plain baseband."""
+    assert thing.body is not None and thing.pose is not None
+    cx, cy, cz = thing.pose.apply(middle_of(thing.body)[None])[0].tolist()
+    box = bounding_box(thing.cloud.positions)
+    its = reference_at((cx, cy, cz), box, plane)
+    axes = cluster_axes(thing.cloud, its, targets, plane, aim)
+    cloud = thing.cloud
+    strength = (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
+    chosen, share = sample_points(strength, cloud.positions)
+    points = cloud.positions[chosen].T
+    spots = [np.resize(axis.nodes[[0, len(axis.nodes) // 2, -1]], len(chosen)) for axis in axes]
+    centres = (its.far_y, its.x, its.z_x), (its.far_x, its.y, its.z_y)
+    light = [np.zeros(0)] * 2
+    tried: list[Along] = []
+    for i, (far, middle, z_middle) in enumerate(centres):
+        rest = _rest(its, i, spots[1 - i][:, None], points[1 - i][:, None], plane.wavelength)
+        common = far, plane.reach[i], middle, z_middle, plane.wavelength
+        tried.append(Along(points[i], points[2], *common, rest))
+        some = targets[i].places[:: max(1, targets[i].count // 64)]
+        light[i] = np.mean(tried[i].weights(some) ** 2, axis=1) * targets[i].count
+    allowed = (_FILTER_SHARE * aim) ** 2 / 2 * float(share @ (light[0] * light[1]))
+    readings: list[Reading] = []
+    missed, from_points = 0.0, []
+    for i, along in enumerate(tried):
+        other = centres[1 - i][1]
+        aside = across(axes[1 - i].span, other)
+        corners = np.array([(at, deep) for at in box[i] for deep in box[2]]).T
+        models = tuple(
+            replace(
+                along, x=corners[0], z=corners[1],
+                rest=_rest(its, i, np.array(line), np.array(other), plane.wavelength),
+            )
+            for line in aside.lines
+        )  # fmt: skip
+        reading = reading_of(axes[i], (models[0], models[1]), aside, False, aim)
+        power = float(share @ (reading.missed(axes[i], along, spots[1 - i]) * light[1 - i]))
+        from_points.append(power > allowed)
+        if power > allowed:
+            reading = reading_of(axes[i], (models[0], models[1]), aside, True, aim)
+            power = 0.0
+        readings.append(reading)
+        missed += power
+    return Plan(
+        thing, aim, Wave(its, plane.wavelength, plane.reach), axes, (readings[0], readings[1]),
+        missed, (from_points[0], from_points[1]),
+    )  # fmt: skip
+
+
+def _rest(
+    its: Reference, axis: int, line: Floats, place: Floats, wavelength: float
+) -> Callable[[Floats, Floats, Floats], NDArray[np.complex128]]:
+    """What is not separable along an axis, on a line across it, of points at a place across."""
+
+    def rest(t: Floats, x: Floats, z: Floats) -> NDArray[np.complex128]:
+        offsets = (t - x, line - place) if axis == 0 else (line - place, t - x)
+        return its.residual(*offsets, z, wavelength)
+
+    return rest
+
+
+def middle_of(body: PointCloud) -> Floats:
+    """(3,) middle of a body's box: the centre of its spheres."""
+    return np.asarray(bounding_box(body.positions).mean(axis=1))
+
+
+def views_ahead(
+    first: Plan,
+    poses: Sequence[Pose],
+    axes: Floats,
+    radius: Floats,
+    targets: tuple[Line, Line],
+    plane: Plane,
+    more: float,
+) -> Views:
+    """What frames need of a chart with these axes, about.
+
+    more : metres that places of parts lie beyond those of the whole
+    """
+    body = first.thing.body
+    assert body is not None
+    middle = middle_of(body)
+    size = float(np.linalg.norm(body.positions - middle, axis=1).max())
+    centre = np.stack([pose.apply(middle[None])[0] for pose in poses])
+    sides = []
+    for i, (low, high, _) in enumerate((plane.x, plane.y)):
+        far = size + (centre[:, 2] + size) * plane.reach[i]
+        a, b = np.maximum(low, centre[:, i] - far), np.minimum(high, centre[:, i] + far)
+        a, b = np.minimum(a, b), np.maximum(a, b)
+        # Places lie beyond the light; about as far in the other frames as in the first.
+        places = first.readings[i].places
+        beyond = 4 * targets[i].step + more
+        if len(places):
+            beyond += 1.3 * max(a[0] - float(places.min()), float(places.max()) - b[0], 0.0)
+        sides.append((a - beyond, b + beyond))
+    return views_of(poses, middle, axes, radius, (sides[0], sides[1]))

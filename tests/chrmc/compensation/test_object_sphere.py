@@ -1,0 +1,181 @@
+"""Parts of object-centred CH-RMC: taps, sphere, soft edges as filters, against exact sums."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
+from chrmc.cgh.curved.interface import lines_of, plane_of, reference_cycles
+from chrmc.compensation.ch_rmc_object.chart import path
+from chrmc.compensation.ch_rmc_object.group import Group, cut
+from chrmc.compensation.ch_rmc_object.plan import Plan, planned
+from chrmc.compensation.ch_rmc_object.taps import fewer, taps_for
+from chrmc.encoding import coding_for
+from chrmc.reference import relative_error
+from chrmc.scene.scene import ObjectFrame, Pose
+from chrmc.window import Window
+
+SMALL = SLM("a quarter of the paper's", 320, 200, 16e-6)
+
+
+def body(count: int, size: tuple[float, float, float], seed: int = 1) -> PointCloud:
+    random = np.random.default_rng(seed)
+    return PointCloud(
+        (random.random((count, 3)) - 0.5) * size,
+        random.uniform(0.3, 1, count),
+        random.uniform(0, 6.3, count),
+    )
+
+
+def seen(points: PointCloud, turn: list[float], place: list[float]) -> ObjectFrame:
+    """A body in a pose, all of it seen."""
+    pose = Pose(Rotation.from_rotvec(turn).as_matrix(), np.array(place))
+    cloud = PointCloud(pose.apply(points.positions), points.amplitude, points.phase)
+    return ObjectFrame("body", cloud, points, np.arange(len(points)), pose)
+
+
+def plan_of(thing: ObjectFrame, slm: SLM, tolerance: float, encoding: str = "ssb") -> Plan:
+    window = Window.full(slm)
+    plane = plane_of(slm, WAVELENGTH, window, coding_for(encoding, slm).passband)
+    return planned(thing, lines_of(slm, window), plane, tolerance)
+
+
+def exact(
+    cloud: PointCloud,
+    plan: Plan,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    weights: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+) -> NDArray[np.complex128]:
+    """(y, x) sum of spherical waves over the plan's reference wave, in double precision."""
+    out = np.zeros((len(y), len(x)), dtype=complex)
+    for j, (px, py, pz) in enumerate(cloud.positions):
+        r = np.sqrt((x - px) ** 2 + (y[:, None] - py) ** 2 + pz**2)
+        wave = cloud.amplitude[j] / r * np.exp(1j * (2 * np.pi / WAVELENGTH * r + cloud.phase[j]))
+        out += wave if weights is None else wave * weights[0][j] * weights[1][j][:, None]
+    its = plan.wave.reference
+    cycles = reference_cycles(x, its.x, its.z_x, WAVELENGTH)
+    cycles = cycles + reference_cycles(y, its.y, its.z_y, WAVELENGTH)[:, None]
+    return out * np.exp(-2j * np.pi * cycles)
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 2e-4, 2e-6])
+def test_taps_keep_their_tolerance_up_to_the_bands_end_and_know_their_error(
+    tolerance: float,
+) -> None:
+    taps = taps_for(tolerance)
+    at = np.random.default_rng(0).uniform(30, 60, 400)
+    first, weight = taps.weights(at)
+    grid = np.arange(100.0)
+    end = 1 / (2 * taps.oversampling)
+    for share in (0.1, 0.5, 0.9, 1.0):
+        wave = np.exp(2j * np.pi * share * end * grid)
+        got = np.sum(weight * wave[first[:, None] + np.arange(taps.count)], axis=1)
+        error = np.sqrt(np.mean(np.abs(got - np.exp(2j * np.pi * share * end * at)) ** 2))
+        assert error <= 1.2 * tolerance + 1e-6
+        known = float(taps.rms_error(np.array(share), 1.0))
+        assert known <= 1.01 * tolerance and abs(known - error) <= 0.3 * tolerance + 1e-6
+    beyond = float(taps.rms_error(np.array(1.2), 1.0))
+    assert beyond > 2 * tolerance  # the band has an end, and it is known
+
+
+@pytest.mark.parametrize("tolerance", [2e-3, 2e-4, 2e-6])
+@pytest.mark.parametrize("waves", [0.1, 5.0, 60.0])
+def test_few_places_hold_waves_of_limited_frequency(tolerance: float, waves: float) -> None:
+    t = np.linspace(-1e-3, 4e-3, 400)
+    places, matrix = fewer(t, waves / 5e-3, tolerance)
+    assert len(places) <= 2 * waves * 1.25 + 16
+    frequency = np.linspace(0, waves / 5e-3, 40)[:, None]
+    missed = np.exp(2j * np.pi * frequency * t) - np.exp(2j * np.pi * frequency * places) @ matrix.T
+    assert np.sqrt(np.mean(np.abs(missed) ** 2)) <= 1.5 * tolerance
+
+
+def test_the_path_has_no_cancellation() -> None:
+    r, place = 0.25, (1e-9, -2e-9, 3e-9)
+    alpha, beta = np.array(0.03), np.array(-0.02)
+    gamma = np.sqrt(1 - alpha**2 - beta**2)
+    first_order = -(place[0] * alpha + place[1] * beta - place[2] * gamma)
+    assert path(alpha, beta, place, r) == pytest.approx(first_order, rel=1e-6)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
+@pytest.mark.parametrize("parts", [(1, 1, 1), (4, 2, 2)])
+def test_the_sphere_holds_a_turning_bodys_light(
+    parts: tuple[int, int, int], tolerance: float
+) -> None:
+    points = body(200, (8e-4, 4e-4, 6e-4))
+    frames = [
+        seen(points, [0.03 * k, -0.05 * k, 0.04 * k], [3e-4, 2e-4 * k, 0.2 + 1e-3 * k])
+        for k in range(4)
+    ]
+    window = Window.full(SMALL)
+    plane = plane_of(SMALL, WAVELENGTH, window, coding_for("ssb", SMALL).passband)
+    plans = [planned(frame, lines_of(SMALL, window), plane, tolerance) for frame in frames]
+    poses = [frame.pose for frame in frames if frame.pose is not None]
+    group = Group(plans[0], poses, parts, lines_of(SMALL, window), plane, tolerance)
+    visible = np.ones(len(points), dtype=bool)
+    random = np.random.default_rng(3)
+    for number, (frame, plan) in enumerate(zip(frames, plans, strict=True)):
+        x, y = (reading.places for reading in plan.readings)
+        shown = PointCloud(
+            frame.cloud.positions[visible], frame.cloud.amplitude[visible],
+            frame.cloud.phase[visible],
+        )  # fmt: skip
+        got = group._plain(poses[number], plan.wave.reference, x, y, visible)
+        error = relative_error(got.T, exact(shown, plan, x, y))
+        assert error <= 0.5 * tolerance
+        assert error / 3 <= group.sphere.expected_error(visible) <= 0.4 * tolerance
+        visible = visible ^ (random.random(len(points)) < 0.1)  # some come, some go
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        pytest.param([5e-3, 1.2e-3, 0.252], id="left and lower edge"),
+        pytest.param([-5e-3, -1.2e-3, 0.25], id="right and upper edge"),
+        pytest.param([0.0, 0.0, 0.2], id="all four edges and corners"),
+        pytest.param([9e-3, 6e-3, 0.3], id="beyond the rim"),
+        pytest.param([1e-3, 0.0, 0.26], id="upper and lower edge, near the middle"),
+    ],
+)
+def test_strips_at_full_size_are_filtered_from_the_plain_baseband(place: list[float]) -> None:
+    points = body(60, (1.6e-3, 6.2e-4, 7e-4))
+    thing = seen(points, [0.0, 0.3, 0.0], place)
+    plan = plan_of(thing, LC_R_1080, 1e-3)
+    assert plan.from_points == (False, False)
+    x, y = (reading.places for reading in plan.readings)
+    plain = exact(thing.cloud, plan, x, y)
+    wide = plan.readings[0].of(plain.T.copy(), len(plan.axes[0].nodes), y)
+    got = plan.readings[1].of(wide.T.copy(), len(plan.axes[1].nodes), plan.axes[0].nodes)
+    its = [
+        axis.weights(thing.cloud.positions[:, i], thing.cloud.positions[:, 2], plan.wave.reach[i])
+        for i, axis in enumerate(plan.axes)
+    ]
+    truth = exact(thing.cloud, plan, plan.axes[0].nodes, plan.axes[1].nodes, (its[0], its[1]))
+    # As pixels see it: every node weighs as the pixels that it stands for.
+    weight = np.ones(truth.shape)
+    for i, axis in enumerate(plan.axes):
+        for run in axis.runs:
+            part = (slice(None), run.nodes) if i == 0 else (run.nodes,)
+            weight[part] *= run.weight if i == 0 else run.weight[:, None]
+    power = float(np.sum(weight * np.abs(truth) ** 2))
+    error = np.sqrt(float(np.sum(weight * np.abs(got - truth) ** 2)) / power)
+    assert any(run.tapered for axis in plan.axes for run in axis.runs)
+    expected = np.sqrt(plan.missed / power)
+    assert error <= 0.6e-3
+    assert error / 2 <= expected <= 0.6e-3
+
+
+def test_a_tighter_tolerance_has_its_strips_from_the_points() -> None:
+    thing = seen(body(60, (1.6e-3, 6.2e-4, 7e-4)), [0.0, 0.3, 0.0], [5e-3, 1.2e-3, 0.252])
+    plan = plan_of(thing, LC_R_1080, 1e-5)
+    assert plan.from_points == (True, True) and plan.missed == 0
+
+
+def test_parts_cover_all_points_within_their_boxes() -> None:
+    points = body(500, (1e-3, 2e-3, 3e-3)).positions
+    part, centres, half = cut(points, (2, 4, 1))
+    assert len(centres) == 8 and set(part) == set(range(8))
+    assert np.all(np.abs(points - centres[part]) <= half * (1 + 1e-12))
+    assert half[0] <= 0.25e-3 and half[1] <= 0.25e-3
