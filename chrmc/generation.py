@@ -294,32 +294,3 @@ def with_boxes(frame: VideoFrame, recipe: Recipe) -> None:
             entry["points"] = len(cloud)
             share = coverage(cloud, recipe.slm, recipe.wavelength, recipe.coding.passband)
             entry["coverage"] = float(share.mean())
-
-
-def summary(entries: list[dict[str, Any]]) -> Iterator[str]:
-    """A small table of stage times, points and errors over a video's frames."""
-    stages: dict[str, float] = {}
-    for entry in entries:
-        for name, seconds in entry["stage_seconds"].items():
-            stages[name] = stages.get(name, 0.0) + seconds
-    n = max(len(entries), 1)
-    total = sum(stages.values())
-    yield f"{len(entries)} frames, {sum(e['key'] for e in entries)} of them key frames"
-    yield f"{'stage':<12}{'ms per frame':>14}{'share':>9}"
-    for name, seconds in stages.items():
-        yield f"{name:<12}{1e3 * seconds / n:>14.2f}{seconds / max(total, 1e-12):>9.1%}"
-    yield f"{'total':<12}{1e3 * total / n:>14.2f}"
-    points = [e["points_computed"] for e in entries]
-    yield f"points computed per frame: {np.mean(points) if points else 0:.0f}"
-    shares: dict[str, list[float]] = {}
-    for thing in (o for e in entries for o in e["objects"]):
-        if "coverage" in thing:
-            shares.setdefault(thing["name"], []).append(thing["coverage"])
-    for name, found in shares.items():
-        yield f"{name}: its fringes cover {min(found):.0%} to {max(found):.0%} of the panel"
-    errors = [e["error_reference"] for e in entries if e["error_reference"] is not None]
-    if errors:
-        yield (
-            f"field error against the float64 truth: median {np.median(errors):.1e}, "
-            f"worst {max(errors):.1e}"
-        )

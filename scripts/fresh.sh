@@ -4,7 +4,8 @@
 #   1. the set-up by a user who is not root and has no sudo: it must say what to install
 #   2. bash scripts/demo.sh
 #   3. bash scripts/test.sh
-# usage: fresh.sh [debian12|debian13|debian-testing|ubuntu24.04 …]       [the three releases]
+# usage: fresh.sh [debian12|debian13|debian-testing|ubuntu24.04 …] [-- PYTEST ARGUMENTS]
+# Without names: the three releases (Python 3.11, 3.13, 3.12; debian-testing has 3.14).
 # Needs root and debootstrap; CHRMC_FRESH names the folder to work in [/var/tmp/chrmc-fresh].
 # pip's configuration (its files and PIP_ variables) and proxies are those of this machine. Mounts
 # and processes end with the script; the base systems stay, so that the next run starts from them.
@@ -12,7 +13,13 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 place=${CHRMC_FRESH:-/var/tmp/chrmc-fresh}
-systems=("$@")
+systems=()
+while [ $# -gt 0 ] && [ "$1" != -- ]; do
+    systems+=("$1")
+    shift
+done
+shift $(($# > 0))
+tests=("$@")
 [ ${#systems[@]} -gt 0 ] || systems=(debian12 debian13 ubuntu24.04)
 
 fail() {
@@ -117,11 +124,11 @@ try() {
     echo "$system: without root: $(head -1 <<<"$said")"
     chown -R 0:0 "$root/home/new"
     inside "$root" 0:0 "bash scripts/demo.sh"
-    inside "$root" 0:0 "bash scripts/test.sh"
+    inside "$root" 0:0 "bash scripts/test.sh ${tests[*]@Q}"
 }
 
 if [ "${CHRMC_FRESH_INSIDE:-}" = yes ]; then
-    try "$1"
+    try "${systems[0]}"
     exit
 fi
 mkdir -p "$place"
@@ -131,7 +138,7 @@ for system in "${systems[@]}"; do
     start=$SECONDS
     # The process group and mounts of a system end with it.
     CHRMC_FRESH_INSIDE=yes unshare --mount --pid --fork --kill-child \
-        bash "$PWD/scripts/fresh.sh" "$system" 2>&1 | tee "$place/$system.log" || bad+=("$system")
+        bash "$PWD/scripts/fresh.sh" "$system" -- "${tests[@]}" 2>&1 | tee "$place/$system.log" || bad+=("$system")
     echo "== $system: $((SECONDS - start)) s"
     rm -rf --one-file-system "$place/$system.run"
 done

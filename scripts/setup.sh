@@ -67,9 +67,9 @@ fi
 pins=scripts/constraints.txt
 stamp=.venv/.installed-${extras//,/-}
 if [ ! -e "$stamp" ] || [ pyproject.toml -nt "$stamp" ] || [ "$pins" -nt "$stamp" ]; then
-    constraints=()
-    [[ ",$extras," == *,dev,* ]] && constraints=(-c "$pins")
-    echo "Python packages into .venv ($("$python" --version)): about 250 MB on the first run"
+    constraints=() megabytes=120
+    [[ ",$extras," == *,dev,* ]] && constraints=(-c "$pins") megabytes=200
+    echo "Python packages into .venv ($("$python" --version)): about $megabytes MB, less what is there"
     PYTHONUNBUFFERED=1 .venv/bin/python -m pip install --progress-bar off \
         "${constraints[@]}" -e ".[$extras]" | sed -un 's/^ *Downloading \(.*\)\.metadata .*//; s/^ *Downloading /  /p'
     touch "$stamp"

@@ -1,5 +1,7 @@
 """`chrmc demo`: the whole path on one scene, with pictures and a verdict."""
 
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -43,11 +45,12 @@ def command(
     from chrmc.cli.montage import draw_montage
     from chrmc.cli.play import command as play
     from chrmc.files import replacing
-    from chrmc.generation import make_video, summary
+    from chrmc.generation import make_video
     from chrmc.recipe import recipe_for
     from chrmc.scene.load import load_scene
     from chrmc.slm import LC_R_1080
     from chrmc.store import open_video
+    from chrmc.summary import summary
 
     recipe = recipe_for(load_scene(scene, form=form), LC_R_1080, **methods)
     folder = out / "video"
@@ -55,12 +58,10 @@ def command(
     heading("1. Holograms")
     made = make_video(recipe, folder, force=force)
     video = open_video(folder)
-    table = list(summary(video.frames))
+    table = list(summary(video))
     click.echo(f"{folder}: {made} made, {len(video.frames) - made} kept")
     for line in table:
         click.echo(line)
-    with replacing(out / "summary.txt") as partial:
-        partial.write_text("\n".join(table) + "\n", encoding="utf-8")
 
     heading("2. Playback")
     log = ["--log", str(out / "flips.csv")]
@@ -77,7 +78,12 @@ def command(
     draw_montage(video, numbers, out / "montage.png")
     click.echo(f"pictures in {out / 'montage.png'}, focus curves in {out / 'focus.png'}")
     asked = ["--frames", ",".join(str(n) for n in numbers), "--plot", str(out / "focus.png")]
-    status = check.main([str(folder), *asked], standalone_mode=False)
+    verdict = StringIO()
+    with redirect_stdout(verdict):
+        status = check.main([str(folder), *asked], standalone_mode=False)
+    click.echo(verdict.getvalue(), nl=False)
+    with replacing(out / "summary.txt") as partial:
+        partial.write_text("\n".join([*table, "", verdict.getvalue()]), encoding="utf-8")
     return int(status or 0)
 
 

@@ -59,10 +59,11 @@ def command(
 
     A stopped run is continued by the same command.
     """
-    from chrmc.generation import make_video, summary
+    from chrmc.generation import make_video
     from chrmc.python_file import is_python_name
     from chrmc.recipe import recipe_for
     from chrmc.store import open_video
+    from chrmc.summary import summary
 
     sized = {name: rest.pop(name) for name in SCENE_NAMES}
     scene = scene_from(things, form, slm, wavelength, sized)
@@ -76,6 +77,6 @@ def command(
     made = make_video(recipe, out, frames, ".png" if png else ".tif", force=force)
     video = open_video(out)
     click.echo(f"{out}: {made} frames made, {len(video.frames) - made} kept")
-    for line in summary(video.frames):
+    for line in summary(video):
         click.echo(line)
     return 0

@@ -1,0 +1,74 @@
+"""What a video cost and how wrong it is, in a few lines."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from chrmc.store import Video
+
+STAGES = {
+    "PE": "find what moved, and how",
+    "PA": "bring the hologram to where it is turned, and back",
+    "CON": "flat hologram to curved, and back",
+    "RMC": "turn the curved hologram: the motion compensation itself",
+    "HC": "compute what cannot be reused: key frames, blank parts",
+    "EC": "correct points that changed",
+    "encode": "field to grey levels",
+}
+"""Plain words for the stages of a frame; the abbreviations are the paper's."""
+
+
+def summary(video: Video) -> Iterator[str]:
+    """Lines about a stored video: key frames, time per stage, points, coverage, errors."""
+    entries = video.frames
+    n = max(len(entries), 1)
+    keys = sum(e["key"] for e in entries)
+    yield f"{len(entries)} frames, {keys} of them key frames" + _why_all_keys(video)
+    stages: dict[str, float] = {}
+    for entry in entries:
+        for name, seconds in entry["stage_seconds"].items():
+            stages[name] = stages.get(name, 0.0) + seconds
+    total = sum(stages.values())
+    yield f"{'stage':<12}{'ms per frame':>14}{'share':>9}"
+    for name, seconds in stages.items():
+        words = f"  {STAGES[name]}" if name in STAGES else ""
+        yield f"{name:<12}{1e3 * seconds / n:>14.2f}{seconds / max(total, 1e-12):>9.1%}{words}"
+    yield f"{'total':<12}{1e3 * total / n:>14.2f}"
+    computed = np.mean([e["points_computed"] for e in entries]) if entries else 0.0
+    seen = np.mean([sum(o.get("points", 0) for o in e["objects"]) for e in entries] or [0])
+    yield (
+        f"points computed per frame: {computed:.0f} of {seen:.0f} visible ones (a reused point "
+        "costs none; one that is added, and one taken out again, count one each)"
+    )
+    shares: dict[str, list[float]] = {}
+    for thing in (o for e in entries for o in e["objects"]):
+        if "coverage" in thing:
+            shares.setdefault(thing["name"], []).append(thing["coverage"])
+    for name, found in shares.items():
+        yield f"{name}: its fringes cover {min(found):.0%} to {max(found):.0%} of the panel"
+    yield from _errors(entries, "error_reference", "field error against the float64 truth")
+    yield from _errors(
+        entries, "error_reuse", "of it by reuse, against the same method afresh (see rekey_error)"
+    )
+
+
+def _errors(entries: list[dict[str, Any]], key: str, words: str) -> Iterator[str]:
+    errors = [e[key] for e in entries if e.get(key) is not None]
+    if errors:
+        yield f"{words}: median {np.median(errors):.1e}, worst {max(errors):.1e}"
+
+
+def _why_all_keys(video: Video) -> str:
+    """The reason, where every frame of several is a key frame."""
+    if len(video.frames) < 2 or not all(e["key"] for e in video.frames):
+        return ""
+    compensation = video.methods.get("compensation")
+    if compensation == "none":
+        return ": without compensation every frame is computed afresh"
+    if compensation == "ch-rmc-object" and video.scene.get("form") == "rgbd":
+        return (
+            ": the scene does not say which point of a frame is which point of the next; it takes "
+            "an id channel and poses in scene.json"
+        )
+    return ""
