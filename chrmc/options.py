@@ -1,8 +1,15 @@
 """Method options checked by name before work starts, so that a typo is told in one line."""
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any
+
+
+def meant(name: str, names: Iterable[str]) -> str:
+    """ " (did you mean NAME?)" for the name that is most like the one given, or nothing."""
+    found = get_close_matches(str(name), list(names), n=1)
+    return f" (did you mean {found[0]}?)" if found else ""
 
 
 def option_names(function: Callable[..., Any]) -> tuple[list[str], bool]:
@@ -28,4 +35,5 @@ def check_options(
         takes = f"it takes {', '.join(names)}" if names else "it takes none"
         having = elsewhere(unknown[0])
         who = f"; {', '.join(having)} {'has' if len(having) == 1 else 'have'} it" if having else ""
-        raise ValueError(f"{kind} has no option {unknown[0]!r}; {takes}{who}")
+        alike = meant(unknown[0], names)
+        raise ValueError(f"{kind} has no option {unknown[0]!r}{alike}; {takes}{who}")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.options import check_options, option_names
+from chrmc.options import check_options, meant, option_names
 from chrmc.python_file import from_python_file, is_python_name
 from chrmc.ranges import short
 
@@ -94,6 +94,9 @@ def method_named(method: str | Method) -> CGHMethod:
     if callable(method):
         return CGHMethod(method)
     if method not in METHODS:
-        raise ValueError(f"unknown CGH method {method!r}: choose one of {', '.join(METHODS)}")
+        raise ValueError(
+            f"unknown CGH method {method!r}{meant(method, METHODS)}: "
+            f"choose one of {', '.join(METHODS)}"
+        )
     found: CGHMethod = import_module(METHODS[method]).METHOD
     return found

@@ -8,6 +8,13 @@ from typing import Any
 import click
 
 from chrmc.cli.lengths import METRES, PITCH, WAVELENGTH, Length, parse_length, split_length
+from chrmc.cli.names import (
+    Name,
+    NamedOption,
+    cgh_names,
+    compensation_names,
+    settings_listing,
+)
 from chrmc.encoding import CODINGS
 from chrmc.slm import LC_R_1080, SLM
 
@@ -120,9 +127,28 @@ def stacked(*options: Callable[[Any], Any]) -> Callable[[Any], Any]:
 
 
 method_options = stacked(
-    click.option("--cgh", default=None, help="CGH method. [curved]"),
-    click.option("--compensation", default=None, help="Video method. [ch-rmc]"),
-    click.option("--surface", default=None, help="Of ch-rmc: object (exact) or paper. [object]"),
+    click.option(
+        "--cgh",
+        cls=NamedOption,
+        type=Name(cgh_names),
+        listing=lambda: ", ".join(cgh_names()) + ", or FILE.py:NAME.",
+        default=None,
+        help="CGH method. [curved]",
+    ),
+    click.option(
+        "--compensation",
+        cls=NamedOption,
+        type=Name(compensation_names),
+        listing=lambda: ", ".join(compensation_names()) + ", or FILE.py:NAME.",
+        default=None,
+        help="Video method. [ch-rmc]",
+    ),
+    click.option(
+        "--surface",
+        type=Name(lambda: ("object", "paper")),
+        default=None,
+        help="Of ch-rmc: object (exact) or paper. [object]",
+    ),
     click.option(
         "--tolerance",
         type=float,
@@ -150,8 +176,10 @@ recipe_options = stacked(
     click.option(
         "--set",
         "settings",
+        cls=NamedOption,
         type=Setting(),
         multiple=True,
-        help="An option of the methods, such as --set radius=0.2. May be repeated.",
+        listing=settings_listing,
+        help="An option of the methods, such as --set radius=145mm. May be repeated. Of",
     ),
 )

@@ -4,6 +4,8 @@ from importlib import import_module
 
 import click
 
+from chrmc.options import meant
+
 
 class LazyGroup(click.Group):
     """A group over a table: name to (module whose `command` it is, one line for --help)."""
@@ -25,6 +27,14 @@ class LazyGroup(click.Group):
         command = import_module(self.table[cmd_name][0]).command
         assert isinstance(command, click.Command)
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        # Click looks for similar names among loaded commands only.
+        if args and args[0] not in self.table and not args[0].startswith("-"):
+            ctx.fail(f"no such command {args[0]!r}{meant(args[0], self.table)}; see --help")
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         if not self.table:

@@ -1,6 +1,8 @@
 """The command `chrmc`: finds commands by name, and turns every error into one line."""
 
+import importlib.util
 import sys
+from pathlib import Path
 
 import click
 
@@ -34,11 +36,17 @@ def group() -> None:
     """Holographic video for amplitude SLMs, from a moving 3-D scene to a checked focus.
 
     Start with:  chrmc demo
+
+    Lengths are written with their unit (252mm, 8um, 532nm); bare numbers are metres. Completion in
+    bash:  eval "$(_CHRMC_COMPLETE=bash_source chrmc)"  (zsh_source and fish_source likewise).
     """
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Run a command line. Exit status 2 and one line on stderr for whatever the user can mend."""
+    hidden = hidden_package()
+    if hidden is not None:
+        fail(hidden)
     try:
         status = group.main(args=arguments, prog_name="chrmc", standalone_mode=False)
     except click.exceptions.Abort:
@@ -52,6 +60,19 @@ def main(arguments: list[str] | None = None) -> None:
     except (ValueError, OSError) as error:
         fail(str(error))
     sys.exit(status if isinstance(status, int) else 0)
+
+
+def hidden_package() -> str | None:
+    """What hides one of this program's packages, in words: a file of that name in the folder that
+    `python -m chrmc` was called in, say."""
+    home = Path(__file__).parents[2].resolve()
+    for name in ("chrmc", "display", "reconstruct"):
+        spec = importlib.util.find_spec(name)
+        found = None if spec is None or spec.origin is None else Path(spec.origin).resolve()
+        if found != home / name / "__init__.py":
+            where = found or "a folder without __init__.py"
+            return f"{where} hides the package {name} of chrmc: rename it, or work elsewhere"
+    return None
 
 
 def fail(message: str) -> None:

@@ -5,10 +5,13 @@ from typing import Any
 import click
 
 from chrmc.cli.arguments import stacked
+from chrmc.cli.names import Name, scene_names
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
 
-things_argument = click.argument("things", metavar="THING...", nargs=-1, required=True)
+things_argument = click.argument(
+    "things", metavar="THING...", type=Name(scene_names), nargs=-1, required=True
+)
 
 scene_options = stacked(
     click.option(

@@ -15,7 +15,7 @@ from typing import Any
 from chrmc.cgh import DEFAULT_METHOD, METHODS, Method, method_named
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import Coding, coding_for
-from chrmc.options import check_options, option_names
+from chrmc.options import check_options, meant, option_names
 from chrmc.python_file import function_from_python_file, is_python_name, label
 from chrmc.ranges import TOLERANCE_RANGE, WAVELENGTH_RANGE
 from chrmc.scene.scene import Scene, as_scene, frame_range
@@ -65,7 +65,8 @@ def compensation_named(compensation: "str | VideoMethod") -> VideoMethod:
         return compensation
     if compensation not in COMPENSATIONS:
         raise ValueError(
-            f"unknown compensation {compensation!r}: choose one of {', '.join(COMPENSATIONS)}"
+            f"unknown compensation {compensation!r}{meant(compensation, COMPENSATIONS)}: "
+            f"choose one of {', '.join(COMPENSATIONS)}"
         )
     function: VideoMethod = import_module(COMPENSATIONS[compensation]).frames
     return function

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from inspect import isclass, isroutine
 from pathlib import Path
 
+from chrmc.options import meant
 from chrmc.python_file import from_python_file, is_python_name, one_line
 from chrmc.scene.car_house import HEADINGS, car_house, car_house_rgbd
 from chrmc.scene.scene import Scene, as_scene
@@ -71,8 +72,9 @@ def load_scene(
             f"{folder} is a file that is no scene; known endings are {', '.join(READERS)}, .toml"
         )
     raise ValueError(
-        f"there is no scene {name!r}: name a built-in one ({', '.join(BUILT_IN)}), a folder of "
-        "RGB-D frames, a mesh, cloud or picture, or one of your own as FILE.py:NAME"
+        f"there is no scene {name!r}{meant(name, BUILT_IN)}: name a built-in one "
+        f"({', '.join(BUILT_IN)}), a folder of RGB-D frames, a mesh, cloud or picture, or one of "
+        "your own as FILE.py:NAME"
     )
 
 
