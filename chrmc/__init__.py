@@ -16,6 +16,7 @@ from chrmc.scene.load import load_scene
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Pose, Scene, SceneFrame
+from chrmc.scene.sources.poses import poses_from_csv
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
 from chrmc.store import Video, open_video
 from chrmc.window import Window
@@ -44,6 +45,7 @@ __all__ = [
     "generate",
     "load_scene",
     "open_video",
+    "poses_from_csv",
     "reference_field",
     "relative_error",
     "scenes_in_light",

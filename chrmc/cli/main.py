@@ -11,7 +11,8 @@ from chrmc.cli.lazy import LazyGroup
 # name: (module, one line for --help). Modules load when their command is called.
 COMMANDS = {
     "demo": ("chrmc.cli.demo", "Everything at once: 80 holograms, reconstructions, a verdict."),
-    "scene": ("chrmc.cli.scene", "Write a built-in scene as a folder of OpenEXR frames."),
+    "scene": ("chrmc.cli.scene", "Write a scene as OpenEXR frames, or as a scene.toml."),
+    "inspect": ("chrmc.cli.inspect", "What will the SLM show of a scene? Sizes, points, cost."),
     "generate": ("chrmc.cli.generate", "Make a hologram video from a scene."),
     "play": ("chrmc.cli.play", "Show a video or picture on an SLM, full screen, and log it."),
     "reconstruct": ("chrmc.cli.reconstruct", "Reconstruct one frame at a depth."),

@@ -2,11 +2,17 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chrmc.ranges import short
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from chrmc.slm import SLM
 
 
 def numbers(
@@ -76,6 +82,21 @@ class PointCloud:
 
     def __len__(self) -> int:
         return len(self.positions)
+
+    @classmethod
+    def from_file(
+        cls, path: "str | Path", fit: "SLM | None" = None, points: int | None = None
+    ) -> "PointCloud":
+        """The points of a mesh, a cloud or a picture, as seen in its first frame.
+
+        fit : the SLM in front of which it is scaled and placed, 250 mm away; None leaves a
+            cloud's positions as they are in the file, in metres, and places others for the
+            LC-R 1080
+        points : on the whole surface of a mesh, default what the SLM resolves
+        """
+        from chrmc.scene.sources.things import cloud_from_file
+
+        return cloud_from_file(path, fit, points)
 
     @classmethod
     def empty(cls) -> "PointCloud":

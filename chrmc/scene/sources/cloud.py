@@ -42,11 +42,8 @@ def cloud_of(
         amplitude = np.sqrt(light)
     if phase is None:
         phase = np.random.default_rng(SEED).uniform(0, 2 * np.pi, len(place))
-    return PointCloud(
-        place[finite],
-        np.asarray(amplitude, np.float64)[finite],
-        np.asarray(phase, np.float64)[finite],
-    )
+    cloud = PointCloud(np.where(finite[:, None], place, 0), amplitude, phase)
+    return cloud if finite.all() else cloud.select(finite)
 
 
 def read_cloud(path: Path) -> Model:

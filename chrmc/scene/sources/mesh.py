@@ -29,20 +29,12 @@ def read_mesh(path: Path) -> Model:
     notes = list(motion.notes)
     if absent:
         notes.append(f"{path.name}: {', '.join(dict.fromkeys(absent))} is absent; shown without it")
-    parts: dict[str, list[Surface]] = {}
-    loose: list[PointCloud] = []
-    dropped = 0
-    for node in scene.graph.nodes_geometry:
-        geometry = scene.geometry[scene.graph[node][1]]
-        if not hasattr(geometry, "faces"):
-            if hasattr(geometry, "colors"):
-                loose.append(cloud_of(geometry.vertices, _colours(geometry.colors)))
-            continue
-        name, to_body = _body_of(scene, node, motion)
-        surface, lost = _surface(geometry, to_body)
-        dropped += lost
-        if len(surface.faces):
-            parts.setdefault(name or path.stem, []).append(surface)
+    try:
+        parts, loose, dropped = _parts(scene, motion, path)
+    except (ValueError, IndexError) as error:
+        raise OSError(
+            f"{path} is damaged: its triangles make no sense ({only_line(error)})"
+        ) from None
     if dropped:
         notes.append(f"{path.name}: {dropped} faces of no area or without a place left out")
     if not parts:
@@ -57,6 +49,30 @@ def read_mesh(path: Path) -> Model:
     up = "z" if path.suffix.lower() == ".stl" else "y"
     poses = {n: motion.poses[n] for n in bodies if n in motion.poses}
     return Model(bodies, poses, up, motion.rate, notes=tuple(notes))
+
+
+def _parts(
+    scene: Any, motion: Motion, path: Path
+) -> tuple[dict[str, list[Surface]], list[PointCloud], int]:
+    """Surfaces by moving node, clouds, and the number of faces that had to go."""
+    parts: dict[str, list[Surface]] = {}
+    loose: list[PointCloud] = []
+    dropped = 0
+    for node in scene.graph.nodes_geometry:
+        geometry = scene.geometry[scene.graph[node][1]]
+        if not hasattr(geometry, "faces"):
+            if hasattr(geometry, "colors"):
+                loose.append(cloud_of(geometry.vertices, _colours(geometry.colors)))
+            continue
+        if path.suffix.lower() == ".stl":  # whose triangles share no corners
+            with np.errstate(invalid="ignore"):
+                geometry.merge_vertices()
+        name, to_body = _body_of(scene, node, motion)
+        surface, lost = _surface(geometry, to_body)
+        dropped += lost
+        if len(surface.faces):
+            parts.setdefault(name or path.stem, []).append(surface)
+    return parts, loose, dropped
 
 
 def _load(path: Path, absent: list[str]) -> Any:
@@ -83,7 +99,7 @@ def _load(path: Path, absent: list[str]) -> Any:
 
     files = Beside(str(path))
     try:
-        return trimesh.load_scene(path, resolver=files)
+        return trimesh.load_scene(path, resolver=files, process=False)
     except KeyboardInterrupt:
         raise
     except Exception as error:  # trimesh lets whatever went wrong in its parsers through

@@ -1,14 +1,16 @@
 """Tracked poses from a CSV: what a motion-capture system or a SLAM program writes."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation, Slerp
 
 from chrmc.scene.scene import Pose
 from chrmc.scene.sources.cloud import find_column, read_table
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 TIME_NAMES = ("time", "t", "timestamp", "seconds")
 PLACES = (("x", "tx", "px"), ("y", "ty", "py"), ("z", "tz", "pz"))
@@ -56,6 +58,8 @@ def poses_from_csv(path: str | Path, fps: float = 60.0, unit: float = 1.0) -> li
             f"{path} has no pose from {time[k]:.6g} s to {time[k + 1]:.6g} s: nobody knows where "
             f"the object was for {gap[k]:.3g} s; cut the track there, or fill the gap"
         )
+    from scipy.spatial.transform import Slerp
+
     at = time[0] + np.arange(int(np.floor((time[-1] - time[0]) * fps + 1e-6)) + 1) / fps
     at = np.minimum(at, time[-1])
     where = np.stack([np.interp(at, time, place[:, k]) for k in range(3)], axis=1)
@@ -92,7 +96,9 @@ def _columns(path: Path, names: list[str], table: NDArray[np.float64]) -> dict[s
     return column
 
 
-def _rotations(path: Path, values: NDArray[np.float64]) -> Rotation:
+def _rotations(path: Path, values: NDArray[np.float64]) -> "Rotation":
+    from scipy.spatial.transform import Rotation
+
     if values.shape[1] == 4:
         length = np.linalg.norm(values, axis=1)
         if (length < 1e-3).any():

@@ -11,6 +11,9 @@ CANDIDATES = 4
 DISTANCE = 0.68
 """Least distance of points in units of their spacing, √(area per point): with this one, as many
 of the candidates are kept as are asked for."""
+APART = 0.55
+"""Of the least distance, added to it per unit between the normals of two places: opposite sides of
+a thin sheet (2 units) do not keep each other's points away, neighbours on a curve do."""
 MOST = 20_000_000
 """Points of one body beyond which a request is taken for a mistake."""
 
@@ -27,8 +30,8 @@ def sample(
     Returns (N,) faces and (N, 3) barycentric weights.
 
     Of random candidates one stays when none of a higher rank within the least distance does
-    (dart throwing, all darts at once). Faces that look apart do not keep each other's points
-    away, so both sides of a thin sheet are covered.
+    (dart throwing, all darts at once). Faces that look apart keep each other's points less
+    away, so that both sides of a thin sheet are covered.
     """
     area = surface.areas if wanted is None else np.where(wanted, surface.areas, 0.0)
     total = float(area.sum())
@@ -50,7 +53,7 @@ def sample(
     u, v = np.sqrt(rng.uniform(size=tries)), rng.uniform(size=tries)
     weights = np.stack([1 - u, u * (1 - v), u * v], axis=1)
     least = DISTANCE * spacing
-    place = np.hstack([surface.at(face, weights), 1.5 * least * surface.face_normals[face]])
+    place = np.hstack([surface.at(face, weights), APART * least * surface.face_normals[face]])
     kept = np.flatnonzero(_apart(place, least))
     return face[kept], weights[kept]
 
