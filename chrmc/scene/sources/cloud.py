@@ -34,7 +34,7 @@ def cloud_of(
     positions : (N, 3); intensity, amplitude : (N,) ≥ 0; phase : (N,) radians
     """
     place = np.asarray(positions, dtype=np.float64).reshape(-1, 3)
-    finite = np.isfinite(place).all(axis=1)
+    finite = np.asarray(np.isfinite(place).all(axis=1))
     if amplitude is None:
         light = np.ones(len(place)) if intensity is None else np.asarray(intensity, np.float64)
         if (light < 0).any():
