@@ -153,13 +153,9 @@ def still_objects(scene: Scene, numbers: range) -> set[str]:
     for number in numbers[1:]:
         for thing in scene.frame(number).objects:
             before = still.get(thing.name)
-            if before is not None and not _same(before.cloud, thing.cloud):
+            if before is not None and not before.cloud.same_as(thing.cloud):
                 del still[thing.name]
     return set(still)
-
-
-def _same(a: PointCloud, b: PointCloud) -> bool:
-    return len(a) == len(b) and np.array_equal(a.positions, b.positions)
 
 
 def measure(
@@ -276,7 +272,7 @@ def _moving(frame: VideoFrame, still: set[str]) -> int:
 def _snr(frame: VideoFrame, scene: Scene) -> float:
     """Eq. 14 of the points shown, strict matching."""
     shown, cloud = frame.shown, frame.cloud
-    if shown is cloud or _same(shown, cloud):
+    if shown is cloud or shown.same_as(cloud):
         return float("inf")
     if scene.form != "rgbd":
         return float("nan")

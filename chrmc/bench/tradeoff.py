@@ -209,7 +209,7 @@ def video_entries(
         if len(entry.seconds) > 1 and entry.seconds[-1] > limit:
             entry.leave_out(entry.seconds[-1], about="")
         own_truth, own_exact, entry.note = truth, exact, entry.note or note
-        if not _same(frame.shown, cloud):
+        if not frame.shown.same_as(cloud):
             own_truth, entry.note = optics.truth(frame.shown, pixels), "against the points it shows"
             if exact is not None:
                 own_exact, _ = _exact(frame.shown, optics)
@@ -293,14 +293,6 @@ def _leave_out_slow(
             return
     if reckoned > limit:
         job.entry.leave_out(reckoned)
-
-
-def _same(one: PointCloud, other: PointCloud) -> bool:
-    return one is other or (
-        np.array_equal(one.positions, other.positions)
-        and np.array_equal(one.amplitude, other.amplitude)
-        and np.array_equal(one.phase, other.phase)
-    )
 
 
 def _exact(cloud: PointCloud, optics: Optics) -> tuple[NDArray[np.complex64] | None, str]:

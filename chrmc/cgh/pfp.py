@@ -13,13 +13,13 @@ distance d: the thin-lens property PFP(z) = PFP(z0)·exp[(ik/2)(x² + y²)(1/z �
 look-up-table literature, with a tilt for the sub-pixel shift, and not only paraxially.
 """
 
-from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.kept import Kept
 from chrmc.optics.footprint import reach, taper
 from chrmc.optics.passband import Passband
 from chrmc.optics.propagation import cycles_to_phasor
@@ -36,52 +36,36 @@ _ON_PLANE = 1e-9  # metres; 1e-5 rad at 2 degrees
 _ROUND_UP = 64  # samples; so that a slowly moving scene does not rebuild its PFPs
 
 
-class PFPTable:
-    """PFPs built on demand and kept within a memory cap, least recently used out first.
-
-    limit : bytes; a PFP larger than that is refused with ValueError
+class PFPTable(Kept):
+    """PFPs built on demand; one larger than the limit in bytes is refused with ValueError.
 
     Hold one for a whole video and give it to every call (`cache=`): planes seen before cost
     nothing. A PFP is built anew when a point needs a larger part of it than there is.
     """
 
     def __init__(self, limit: int = 1 << 29) -> None:
-        if limit <= 0:
-            raise ValueError(f"a PFP table needs a positive memory limit, not {limit} bytes")
-        self.limit = int(limit)
+        super().__init__(limit)
         self.built = 0
         self.reused = 0
-        self._kept: OrderedDict[tuple[object, ...], NDArray[np.complex64]] = OrderedDict()
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes held."""
-        return sum(pattern.nbytes for pattern in self._kept.values())
-
-    def __len__(self) -> int:
-        return len(self._kept)
 
     def __str__(self) -> str:
-        return (
-            f"{len(self)} PFPs, {self.nbytes / 2**20:.3g} MiB of at most "
-            f"{self.limit / 2**20:.3g} MiB; {self.built} built, {self.reused} reused"
+        return f"{super().__str__()}; {self.built} built, {self.reused} reused".replace(
+            "arrays", "PFPs"
         )
 
-    def get(
+    def at_least(
         self,
-        key: tuple[object, ...],
+        key: Hashable,
         extent: tuple[int, ...],
         build: Callable[[tuple[int, ...]], NDArray[np.complex64]],
     ) -> NDArray[np.complex64]:
         """The pattern of `key`, at least `extent` large, built by build(extent) when needed."""
-        found = self._kept.get(key)
-        if found is not None:
+        if key in self:
+            found = self.get(key, lambda: np.zeros(0))
             if all(n >= need for n, need in zip(found.shape, extent, strict=True)):
-                self._kept.move_to_end(key)
                 self.reused += 1
                 return found
             extent = tuple(np.maximum(found.shape, extent))
-            del self._kept[key]
         size = int(np.prod(extent)) * 8
         if size > self.limit:
             raise ValueError(
@@ -89,11 +73,8 @@ class PFPTable:
                 f"{size / 2**20:.4g} MiB, but the table may hold {self.limit / 2**20:.4g} MiB: "
                 "raise its limit, or use nlut-1d"
             )
-        while self._kept and self.nbytes + size > self.limit:
-            self._kept.popitem(last=False)
         self.built += 1
-        self._kept[key] = build(extent)
-        return self._kept[key]
+        return self.put(key, build(extent))
 
 
 def excess(
@@ -142,7 +123,7 @@ def quadrant(
         return out
 
     key = (p, wavelength, z, form, passband if tapered else None)
-    return table.get(key, extent, build)
+    return table.at_least(key, extent, build)
 
 
 def quarter_axis(
@@ -158,7 +139,7 @@ def quarter_axis(
         return out
 
     key = (slm.pixel_pitch, wavelength, z, "axis", f_max if tapered else None)
-    return table.get(key, (extent,), build)
+    return table.at_least(key, (extent,), build)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,13 +19,14 @@ Errors against `chrmc.reference`, in this order of size:
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from dataclasses import field as dataclass_field
+from functools import partial
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
 from chrmc.cgh.method import CGHMethod
+from chrmc.kept import Kept
 from chrmc.optics.footprint import reach, taper
 from chrmc.optics.passband import Passband
 from chrmc.optics.propagation import cycles_to_phasor, transfer_function
@@ -47,42 +48,6 @@ _LARGEST = 1 << 26  # samples of the grid that planes are propagated on
 _BLOCK = 1 << 20  # samples held at once while patches are made
 
 
-@dataclass
-class TransferCache:
-    """Transfer functions kept between frames; hold one per video.
-
-    limit : bytes kept; the oldest entry goes first
-    """
-
-    limit: int = 1 << 29
-    _kept: dict[tuple[object, ...], NDArray[np.complex64]] = dataclass_field(default_factory=dict)
-
-    def get(
-        self, shape: tuple[int, int], pixel_pitch: float, wavelength: float, distance: float
-    ) -> NDArray[np.complex64]:
-        """`chrmc.optics.propagation.transfer_function`, from the cache where it is there."""
-        key = (shape, pixel_pitch, wavelength, distance)
-        if key not in self._kept:
-            made = transfer_function(shape, pixel_pitch, wavelength, distance)
-            while self._kept and self.nbytes + made.nbytes > self.limit:
-                del self._kept[next(iter(self._kept))]
-            if made.nbytes > self.limit:
-                return made
-            self._kept[key] = made
-        return self._kept[key]
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes held."""
-        return sum(t.nbytes for t in self._kept.values())
-
-    def __str__(self) -> str:
-        return (
-            f"{len(self._kept)} transfer functions, {self.nbytes / 2**20:.3g} MiB of at most "
-            f"{self.limit / 2**20:.3g} MiB"
-        )
-
-
 def field(
     cloud: PointCloud,
     slm: SLM,
@@ -92,7 +57,7 @@ def field(
     *,
     planes: int | Sequence[float] | None = None,
     guard: float = 32.0,
-    cache: TransferCache | None = None,
+    cache: Kept | None = None,
 ) -> NDArray[np.complex64]:
     """Field on the window by wavefront recording planes.
 
@@ -147,7 +112,7 @@ def field(
             f"wrp would need a grid of {shape[1]} × {shape[0]} samples for points up to "
             f"{z.max():.4g} m away: use rt, fresnel or curved"
         )
-    kept = TransferCache() if cache is None else cache
+    kept = Kept() if cache is None else cache
     total = np.zeros(shape, dtype=np.complex64)
     for i, plane in zip(used, recorded, strict=True):
         # The circular convolution knows no origin: place and read modulo the grid.
@@ -156,7 +121,8 @@ def field(
         columns = np.arange(plane.field.shape[1]) + plane.origin[1]
         canvas[np.ix_(rows % shape[0], columns % shape[1])] = plane.field
         spectrum = scipy.fft.fft2(canvas, workers=workers(), overwrite_x=True)
-        spectrum *= kept.get(shape, slm.pixel_pitch, wavelength, float(depths[i]))
+        optics = shape, slm.pixel_pitch, wavelength, float(depths[i])
+        spectrum *= kept.get(optics, partial(transfer_function, *optics))
         total += spectrum
     out: NDArray[np.complex64] = scipy.fft.ifft2(total, workers=workers(), overwrite_x=True)
     return np.ascontiguousarray(
@@ -386,6 +352,4 @@ def _grid_length(sources: list[tuple[int, int]], window: tuple[int, int], spread
     return int(scipy.fft.next_fast_len(-(-int(np.ceil(need)) // _GRID_STEP) * _GRID_STEP))
 
 
-METHOD = CGHMethod(
-    field, new_cache=TransferCache, settings=tuple({"planes": n} for n in (1, 4, 12))
-)
+METHOD = CGHMethod(field, new_cache=Kept, settings=tuple({"planes": n} for n in (1, 4, 12)))

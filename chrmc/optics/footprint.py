@@ -26,12 +26,22 @@ def reach(wavelength: float, f_max: float) -> float:
     return tan(asin(s)) if s < 1 else inf
 
 
-def taper(offset: NDArray[Any], half_width: NDArray[Any]) -> NDArray[np.float64]:
-    """Soft weight of one axis, broadcast over offset and half_width (metres), in [0, 1]."""
+def taper(offset: NDArray[Any], half_width: NDArray[Any]) -> NDArray[Any]:
+    """Soft weight of one axis, broadcast over offset and half_width (metres), in [0, 1].
+
+    In the offset's precision.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
-        u = (np.abs(offset) / half_width - (1 - SOFT_SHARE)) / SOFT_SHARE
-    u = np.clip(np.nan_to_num(u, nan=0.0, posinf=1.0, neginf=0.0), 0, 1)
-    return np.cos(np.pi / 2 * u) ** 2 * (u < 1)
+        # Large arrays meet only small ones here: half-widths belong to points, offsets to pixels.
+        u = np.abs(offset) * (1 / (SOFT_SHARE * half_width)).astype(offset.dtype)
+    u -= u.dtype.type(1 / SOFT_SHARE - 1)
+    np.fmin(np.fmax(u, 0, out=u), 1, out=u)  # not a number, 0/0: on the axis of no footprint
+    inside = u < 1
+    u *= u.dtype.type(np.pi / 2)
+    np.cos(u, out=u)
+    u *= u
+    u *= inside
+    return u
 
 
 def check_showable(cloud: PointCloud, slm: SLM, wavelength: float, passband: Passband) -> None:

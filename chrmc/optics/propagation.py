@@ -5,7 +5,6 @@ along −z: propagating the hologram's field by −d shows it at depth z = d, wh
 depth are in focus.
 """
 
-from collections import OrderedDict
 from dataclasses import dataclass
 from math import ceil, isfinite, sqrt
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from chrmc.kept import Kept
 from chrmc.optics.passband import Passband
 from chrmc.threads import workers
 
@@ -100,19 +100,18 @@ def padded_shape(
     pixel_pitch: float,
     wavelength: float,
     distance: float,
-    shift: tuple[float, float] = (0.0, 0.0),
     band: Passband | None = None,
 ) -> tuple[int, int]:
     """Grid that keeps the circular convolution of `propagate` off the output's window.
 
-    The band (default Nyquist) spreads by |distance|·tan α on each side, and a shift adds to it;
-    more than doubling a side brings nothing, since light that far out never meets the window.
+    The band (default Nyquist) spreads by |distance|·tan α on each side; more than doubling a side
+    brings nothing, since light that far out never meets the window.
     """
     nyquist = 0.5 / pixel_pitch
     limits = (nyquist, nyquist) if band is None else (band.fy_max, band.fx_max)
     padded = []
-    for n, s, f in zip(shape, shift, limits, strict=True):
-        walk = (spread(wavelength, f, distance) + abs(s)) / pixel_pitch
+    for n, f in zip(shape, limits, strict=True):
+        walk = spread(wavelength, f, distance) / pixel_pitch
         reach = ceil(walk) + soft_edge(wavelength, distance, pixel_pitch)
         padded.append(scipy.fft.next_fast_len(n + min(reach, n), real=False))
     return padded[0], padded[1]
@@ -123,14 +122,12 @@ def propagate(
     pixel_pitch: float,
     wavelength: float,
     distance: float,
-    shift: tuple[float, float] = (0.0, 0.0),
     transfer: NDArray[np.complex64] | None = None,
 ) -> NDArray[np.complex64]:
     """Field on a parallel plane, same shape and pitch.
 
     field : (H, W) complex
     distance : metres along the wave's travel (towards −z); −d shows depth d of a hologram
-    shift : (y, x) metres of the output window against the input's
     transfer : a kept `transfer_function`, whose shape then is the padded grid
 
     Returns (H, W) complex64. `Propagator` does the same for other windows, and many times.
@@ -138,8 +135,8 @@ def propagate(
     field = np.asarray(field, dtype=np.complex64)
     rows, columns = field.shape
     if transfer is None:
-        grid = padded_shape(field.shape, pixel_pitch, wavelength, distance, shift)
-        transfer = transfer_function(grid, pixel_pitch, wavelength, distance, shift)
+        grid = padded_shape(field.shape, pixel_pitch, wavelength, distance)
+        transfer = transfer_function(grid, pixel_pitch, wavelength, distance)
     spectrum = scipy.fft.fft2(field, s=transfer.shape, workers=workers())
     spectrum *= transfer
     # Rows that nobody asked for are dropped before the second transform.
@@ -225,8 +222,7 @@ class Propagator:
         if band is not None:
             limits = (min(band.fy_max, nyquist), min(band.fx_max, nyquist))
         self._axes = [self._axis(axis, limits[axis]) for axis in (0, 1)]
-        self._transfers: OrderedDict[float, NDArray[np.complex64]] = OrderedDict()
-        self._keep = keep
+        self._transfers = Kept(limit=1 << 40, most=keep)
 
     @property
     def grid(self) -> tuple[int, int]:
@@ -297,18 +293,13 @@ class Propagator:
                 f"distance {distance:.6g} m is beyond the {self.longest:.6g} m that this "
                 "propagator's padding was chosen for"
             )
-        if distance in self._transfers:
-            self._transfers.move_to_end(distance)
-            return self._transfers[distance]
         shift = (self._axes[0].shift, self._axes[1].shift)
-        made = transfer_function(
-            self.grid, self.pixel_pitch, self.wavelength, distance, shift, self.band
+        return self._transfers.get(
+            distance,
+            lambda: transfer_function(
+                self.grid, self.pixel_pitch, self.wavelength, distance, shift, self.band
+            ),
         )
-        if self._keep > 0:
-            self._transfers[distance] = made
-            while len(self._transfers) > self._keep:
-                self._transfers.popitem(last=False)
-        return made
 
     def at(self, spectrum: NDArray[np.complex64], distance: float) -> NDArray[np.complex64]:
         """Field on the patch, `distance` along the wave's travel, from `spectrum(field)`."""

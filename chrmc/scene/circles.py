@@ -31,33 +31,9 @@ class Circle:
 LINE = (float("nan"), float("nan"))
 
 
-def kasa(positions: ArrayLike) -> Circle:
-    """Least squares of the squared radius: one linear solve, biased to small circles on short
-    arcs (Kåsa, IEEE Trans. Instrum. Meas. 25, 8, 1976).
-
-    positions : (N, 2) x and z, N ≥ 3
-    """
-    points, middle, scale = _normalised(positions)
-    design = np.column_stack([points, np.ones(len(points))])
-    solution, _, rank, _ = np.linalg.lstsq(design, (points**2).sum(axis=1), rcond=1e-13)
-    if rank < 3:
-        return Circle(LINE, np.inf, _line_rms(points) * scale)
-    centre = solution[:2] / 2
-    return _circle(centre, np.sqrt(solution[2] + centre @ centre), points, middle, scale)
-
-
-def hyper(positions: ArrayLike) -> Circle:
-    """Algebraic fit without the bias of Kåsa's (Al-Sharadqah and Chernov, Electron. J. Stat. 3,
-    886, 2009): the "Hyper" constraint, twice Taubin's less Pratt's.
-
-    positions : (N, 2) x and z, N ≥ 3
-    """
-    points, middle, scale = _normalised(positions)
-    return _from_algebraic(_hyper(points), points, middle, scale)
-
-
 def geometric(positions: ArrayLike, iterations: int = 50) -> Circle:
-    """Least squares of the distance to the circle: Gauss–Newton from `hyper`.
+    """Least squares of the distance to the circle: Gauss–Newton from the
+    algebraic fit without bias, see `_hyper`.
 
     positions : (N, 2) x and z, N ≥ 3
     The circle is A(x² + z²) + Bx + Cz + D = 0 with B² + C² − 4AD = 1, so that lines are ordinary

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from chrmc.scene.arcs import Piece, best_curve, parameter_price, pieces
 from chrmc.scene.circles import Circle, distances, line_fit, turn_angle
-from chrmc.scene.scene import Scene, frame_range
 
 Kind = Literal["arc", "translation", "still"]
 
@@ -69,39 +68,6 @@ class Motion:
         """Signed rotation of the step that leads to frame `number`, radians; 0 off arcs."""
         segment = self.at(number)
         return 0.0 if segment is None else float(segment.angles[number - segment.first - 1])
-
-
-def object_positions(
-    scene: Scene, name: str, frames: tuple[int, int] | None = None
-) -> NDArray[np.float64]:
-    """(N, 2) x and z of an object's intensity-weighted place in each frame; NaN where unseen.
-
-    Between two known poses, `rigid.relative_motion` is exact.
-    """
-    index = list(scene.object_names).index(name)
-    places = [scene.frame(n).objects[index].position for n in frame_range(scene, frames)]
-    return np.array(places)[:, [0, 2]]
-
-
-def object_motion(
-    scene: Scene, name: str, frames: tuple[int, int] | None = None, *, use_poses: bool = True
-) -> Motion:
-    """`find_motion` of an object of a scene, numbered as the scene is.
-
-    use_poses : take the body's origin where all poses are known; else the place of the visible
-        points, which wanders as other sides come into view: its noise counts as at least a
-        sixteenth of the scene's pixel
-    """
-    index = list(scene.object_names).index(name)
-    numbers = frame_range(scene, frames)
-    seen = [scene.frame(n).objects[index] for n in numbers]
-    poses = [o.pose for o in seen if o.pose is not None]
-    if use_poses and len(poses) == len(seen):
-        path = np.array([p.translation for p in poses])[:, [0, 2]]
-        return find_motion(path, first_frame=numbers[0])
-    path = np.array([o.position for o in seen])[:, [0, 2]]
-    noise = max(position_noise(path), scene.pixel_pitch / 16)
-    return find_motion(path, first_frame=numbers[0], noise=noise)
 
 
 def find_motion(

@@ -126,6 +126,14 @@ class PointCloud:
         colour = None if self.colour is None else self.colour[index]
         return PointCloud(self.positions[index], self.amplitude[index], self.phase[index], colour)
 
+    def same_as(self, other: "PointCloud") -> bool:
+        """Equal in every number, in the same order."""
+        return self is other or (
+            np.array_equal(self.positions, other.positions)
+            and np.array_equal(self.amplitude, other.amplitude)
+            and np.array_equal(self.phase, other.phase)
+        )
+
     @property
     def intensity(self) -> NDArray[np.float64]:
         """(N,) amplitude²."""

@@ -13,11 +13,11 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.nodes import Axis, Run
+from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.parallel import run_all
 from chrmc.cgh.curved.series import OnNodes, Series
 from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phase_table, phasors
-from chrmc.optics.footprint import SOFT_SHARE
+from chrmc.optics.footprint import taper
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
@@ -26,19 +26,6 @@ Reals = NDArray[np.floating]
 
 MOST_AT_ONCE = 4096
 """Points whose tables are held at once."""
-
-
-def _taper(axis: Axis, run: Run, x: Floats, z: Floats, reach: float, like: Reals) -> Reals:
-    """`chrmc.optics.footprint.taper` at a run's nodes, in the tables' precision."""
-    share: Reals = (axis.nodes[run.nodes] - x[:, None]).astype(like.dtype)
-    np.abs(share, out=share)
-    share *= (1 / (SOFT_SHARE * reach * z)).astype(share.dtype)[:, None]
-    share -= share.dtype.type(1 / SOFT_SHARE - 1)
-    np.clip(share, 0, 1, out=share)
-    share *= share.dtype.type(pi / 2)
-    np.cos(share, out=share)
-    share *= share
-    return share
 
 
 Table = tuple[Reals, Reals, Reals]
@@ -185,7 +172,8 @@ def table_pieces(
         def weigh(some: slice, cos: Reals, sin: Reals) -> None:
             for run in axis.runs:
                 if run.tapered:
-                    share = _taper(axis, run, t[some], z[some], reach, cos)
+                    offset = (axis.nodes[run.nodes] - t[some, None]).astype(cos.dtype)
+                    share = taper(offset, (z[some] * reach)[:, None])
                     cos[:, run.nodes] *= share
                     sin[:, run.nodes] *= share
 

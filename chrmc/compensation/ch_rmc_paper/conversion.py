@@ -25,11 +25,6 @@ def sagitta(radius: float, width: float) -> float:
     return radius - sqrt(radius**2 - (width / 2) ** 2)
 
 
-def diffracted_width(distance: float, pixel_pitch: float, wavelength: float) -> float:
-    """W of Eq. 6: how far one pixel's light spreads over `distance`, metres."""
-    return distance * tan(asin(wavelength / (2 * pixel_pitch)))
-
-
 def one_pixel_distance(pixel_pitch: float, wavelength: float) -> float:
     """The distance at which W of Eq. 6 reaches the pixel pitch, metres."""
     return pixel_pitch / tan(asin(wavelength / (2 * pixel_pitch)))

@@ -5,12 +5,14 @@ object's own area: PSNR and SSIM of the intensity, the centroid's shift, and bes
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import ceil, floor
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.kept import Kept
 from chrmc.metrics import psnr, ssim
 from chrmc.optics.propagation import padded_shape, propagate, transfer_function
 from chrmc.scene.scene import ObjectFrame, SceneFrame
@@ -37,17 +39,15 @@ def image_measures(
     image's), focus (m, depth of best focus), focus_shift (m, against the recomputed field's).
     Objects without light are left out.
     """
-    kept: dict[float, NDArray[np.complex64]] = {}
+    kept = Kept(limit=1 << 40, most=4)
 
     def image(field: NDArray[np.complex64], part: Window, depth: float) -> NDArray[np.complex64]:
         """Field near the object: on a kept plane first, then the crop to the depth itself."""
         plane = round(depth / _PLANE) * _PLANE
-        if plane not in kept:
-            if len(kept) > 3:
-                kept.clear()
-            grid = padded_shape(field.shape, slm.pixel_pitch, wavelength, plane)
-            kept[plane] = transfer_function(grid, slm.pixel_pitch, wavelength, -plane)
-        whole = propagate(field, slm.pixel_pitch, wavelength, -plane, transfer=kept[plane])
+        grid = padded_shape(field.shape, slm.pixel_pitch, wavelength, plane)
+        optics = grid, slm.pixel_pitch, wavelength, -plane
+        transfer = kept.get(optics, partial(transfer_function, *optics))
+        whole = propagate(field, slm.pixel_pitch, wavelength, -plane, transfer=transfer)
         crop = whole[part.slices]
         return propagate(crop, slm.pixel_pitch, wavelength, plane - depth)
 

@@ -40,6 +40,7 @@ from chrmc.compensation.ch_rmc_paper.error_correction import (
 from chrmc.compensation.ch_rmc_paper.image_measures import image_measures
 from chrmc.compensation.ch_rmc_paper.plan import plan
 from chrmc.compensation.frame import VideoFrame
+from chrmc.compensation.held import PLANE_SPACING
 from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import Coding
 from chrmc.reference import relative_error
@@ -47,9 +48,6 @@ from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene, SceneFrame
 from chrmc.slm import SLM
 from chrmc.window import Window
-
-PLANE_SPACING = 0.1e-3
-"""Of the paper's depth images, metres; for scenes that name no planes of their own."""
 
 Measure = Callable[[NDArray[np.complex64], NDArray[np.complex64], SceneFrame], dict[str, Any]]
 """(compensated field, recomputed field, scene frame) → object name → measures ("psnr" in dB, …)."""

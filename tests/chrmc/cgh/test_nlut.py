@@ -162,11 +162,11 @@ def test_patterns_are_kept_within_the_cap_and_only_for_depths_in_use(
 def test_least_recently_used_goes_first() -> None:
     table = PFPTable(limit=8 * 30)
     for name in "abacd":
-        table.get((name,), (10,), lambda shape: np.zeros(shape, dtype=np.complex64))
+        table.at_least((name,), (10,), lambda shape: np.zeros(shape, dtype=np.complex64))
     assert table.built == 4  # a came again before b, the oldest, had to go for d
-    table.get(("a",), (10,), lambda shape: np.zeros(shape, dtype=np.complex64))
+    table.at_least(("a",), (10,), lambda shape: np.zeros(shape, dtype=np.complex64))
     assert table.built == 4
-    table.get(("b",), (10,), lambda shape: np.zeros(shape, dtype=np.complex64))
+    table.at_least(("b",), (10,), lambda shape: np.zeros(shape, dtype=np.complex64))
     assert table.built == 5
 
 

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import chrmc
 from chrmc.cgh import wrp
 from chrmc.encoding import coding_for
+from chrmc.kept import Kept
 from chrmc.optics.passband import full_band
 from chrmc.reference import reference_field, relative_error
 from chrmc.slm import LC_R_1080, SLM
@@ -119,7 +120,7 @@ def test_kept_transfer_functions_change_nothing_and_stay_within_their_limit() ->
     slm = SLM("small", 120, 90, 8.1e-6)
     cloud = scene_like(6, (0.25, 0.28))
     cloud = chrmc.PointCloud(cloud.positions * [0.1, 0.1, 1], cloud.amplitude, cloud.phase)
-    cache = wrp.TransferCache(limit=40 << 20)
+    cache = Kept(limit=40 << 20)
     whole = Window.full(slm)
     fresh = wrp.field(cloud, slm, WAVELENGTH, whole, full_band(slm))
     for planes in (3, 3, 2, 1):

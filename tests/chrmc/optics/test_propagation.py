@@ -232,13 +232,6 @@ def test_kernels_are_kept_per_distance():
     assert np.array_equal(made.transfer(-4e-3), first)
 
 
-def test_shift_moves_the_window_and_padding_allows_for_it():
-    field = smooth_field((96, 96), 8)
-    whole = propagate(field, P, LAMBDA, 3e-3)
-    shifted = propagate(field, P, LAMBDA, 3e-3, shift=(20 * P, -31 * P))
-    assert relative(shifted[:60, 40:], whole[20:80, 9:65]) < 2e-3
-
-
 def test_band_limits_what_passes():
     f = 0.4 / P
     h = transfer_function((64, 64), P, LAMBDA, 1e-3, band=Passband(fx_max=f, fy_max=0.2 / P))
