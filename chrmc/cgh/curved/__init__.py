@@ -26,6 +26,7 @@ from chrmc.cgh.curved.direct import BEARABLE, SMALL, direct_field
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.parallel import alone, spread
 from chrmc.cgh.curved.predict import Budget, error_allowed
+from chrmc.cgh.curved.verify import SURE, measured_error
 from chrmc.cgh.method import CGHMethod
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import reach
@@ -112,14 +113,19 @@ def low_rank(
         summed = spread(partial(make_factor, targets=lines, plane=plane, tolerance=aim), parts)
         factors = [factor for factor, _ in summed]
         budget = sum((budget for _, budget in summed), Budget(0.0, 0.0))
-        allowed = error_allowed(factors, tolerance)
-        if budget.relative <= allowed:
-            return LowRank(factors, parts, budget)
-        aim *= max(0.7 * allowed / budget.relative, 1e-3)
+        error, allowed = budget.relative, error_allowed(factors, tolerance)
+        if error <= allowed:
+            seen = measured_error(factors, cloud, lines, wavelength, plane.reach, tolerance, error)
+            error, allowed = max(error, seen), SURE * tolerance
+            if error <= allowed:
+                return LowRank(factors, parts, Budget(error**2 * budget.light, budget.light))
+        if not np.isfinite(error):
+            break
+        aim *= max(0.7 * allowed / error, 1e-3)
     raise ValueError(
         f"the curved method cannot promise a tolerance of {tolerance:g} here: it expects an error "
-        f"of {budget.relative:.3g}, as where waves all but cancel; allow "
-        f"{min(1.5 * budget.relative, TOLERANCES[1]):.1g}, or use rt"
+        f"of {error:.3g}, as where waves all but cancel; allow "
+        f"{min(1.5 * error, TOLERANCES[1]):.1g}, or use rt"
     )
 
 

@@ -1,0 +1,187 @@
+"""Some pixels of a hologram against the exact sum, before it is handed over.
+
+The expected error takes points for unrelated and light for spread out. Where they are not, as on
+coherent lattices, at grazing footprints, and where waves cancel, only a look at the result tells.
+"""
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh.curved.assembly import Factor, phasor, reference_cycles
+from chrmc.cgh.curved.direct import field_at
+from chrmc.cgh.curved.nodes import Axis, Line
+from chrmc.cgh.curved.parallel import alone
+from chrmc.scene.points import PointCloud
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+_LINES = 28  # rows, and columns, of the lattice that pixels are drawn from, about
+_LEAST = 4  # of them in each run of an axis: edges are narrow
+_PIXELS = (4, 16)  # that are drawn: few where points are many
+_WAVES = 20_000  # points times pixels, about
+_MORE = 10  # times as many pixels, where few leave it open
+_OPEN = 0.75  # of the tolerance: where it is left open; so it is at twice what was expected
+SURE = 0.9
+"""Share of the tolerance up to which the error on some pixels is taken as kept on all."""
+
+
+class Lattice:
+    """Rows and columns that stand for a window, and the field there.
+
+    rows, columns : targets; weight : (R, C) pixels that each crossing stands for
+    values : (R, C) complex128
+    """
+
+    def __init__(
+        self,
+        rows: tuple[NDArray[np.intp], Floats],
+        columns: tuple[NDArray[np.intp], Floats],
+        values: Complexes,
+    ) -> None:
+        self.rows, self.columns = rows[0], columns[0]
+        self.weight = rows[1][:, None] * columns[1]
+        self.values = values
+        self.power = self.weight * np.abs(values) ** 2
+
+    def error(
+        self,
+        exact: Callable[[Floats, Floats], Complexes],
+        lines: tuple[Line, Line],
+        points: int,
+        tolerance: float,
+        expected: float,
+    ) -> float:
+        """Relative L2 error, estimated on crossings drawn half by their light, half evenly.
+
+        exact : x, y (K,) → the truth there; points : how many waves that takes each
+        expected : what was worked out beforehand; more pixels are drawn where few contradict it
+        """
+        total = float(self.power.sum())
+        share = 0.5 * self.weight / self.weight.sum()
+        share += 0.5 * self.power / total if total > 0 else share
+        cumulative = np.cumsum(share.ravel())
+        random = np.random.default_rng(0)
+        count = int(np.clip(_WAVES // max(points, 1), *_PIXELS))
+        squares = np.zeros(0)
+        for more in (count, (_MORE - 1) * count):
+            # Even steps through the shares: less chance than independent draws.
+            at = (np.arange(more) + random.random(more)) / more * cumulative[-1]
+            drawn = np.minimum(np.searchsorted(cumulative, at, "right"), len(cumulative) - 1)
+            row, column = np.unravel_index(drawn, self.weight.shape)
+            truth = exact(lines[0].places[self.columns[column]], lines[1].places[self.rows[row]])
+            missed = np.abs(self.values[row, column] - truth) ** 2
+            squares = np.append(squares, self.weight[row, column] * missed / share[row, column])
+            error = float(np.mean(squares))
+            relative = float(np.sqrt(error / total)) if total > 0 else float(error > 0) * np.inf
+            if relative < min(_OPEN * tolerance, 2 * expected):
+                break
+        return relative
+
+
+@alone
+def measured_error(
+    factors: Sequence[Factor],
+    cloud: PointCloud,
+    lines: tuple[Line, Line],
+    wavelength: float,
+    reach: tuple[float, float],
+    tolerance: float,
+    expected: float,
+) -> float:
+    """Relative L2 error of the sum of some factors, estimated on some pixels in float64.
+
+    cloud : the points they were made from
+    lines : x and y of the window's pixels
+    expected : the error worked out beforehand
+    """
+    random = np.random.default_rng(len(cloud))
+    columns = _picked([factor.axis_x for factor in factors], random)
+    rows = _picked([factor.axis_y for factor in factors], random)
+    values = np.zeros((len(rows[0]), len(columns[0])), dtype=np.complex128)
+    for factor in factors:
+        values += _read(factor, rows[0], columns[0], lines, wavelength)
+
+    def exact(x: Floats, y: Floats) -> Complexes:
+        return field_at(cloud, x, y, wavelength, reach)
+
+    lattice = Lattice(rows, columns, values)
+    return lattice.error(exact, lines, len(cloud), tolerance, expected)
+
+
+def field_error(
+    field: NDArray[np.complex64],
+    cloud: PointCloud,
+    lines: tuple[Line, Line],
+    wavelength: float,
+    reach: tuple[float, float],
+    tolerance: float,
+) -> float:
+    """The same of a field on the window."""
+    rows, columns = (
+        (np.unique(np.linspace(0, n - 1, min(n, 160)).astype(np.intp)), n) for n in field.shape
+    )
+    weights = [np.full(len(t), n / len(t)) for t, n in (rows, columns)]
+    values = field[np.ix_(rows[0], columns[0])].astype(np.complex128)
+
+    def exact(x: Floats, y: Floats) -> Complexes:
+        return field_at(cloud, x, y, wavelength, reach)
+
+    lattice = Lattice((rows[0], weights[0]), (columns[0], weights[1]), values)
+    return lattice.error(exact, lines, len(cloud), tolerance, 0.0)
+
+
+def _picked(axes: Sequence[Axis], random: np.random.Generator) -> tuple[NDArray[np.intp], Floats]:
+    """Targets, some from every run of every axis, and how many each stands for."""
+    spans = [
+        (blocks[0].targets.start, blocks[-1].targets.stop)
+        for axis in axes
+        for run in axis.runs
+        if (blocks := axis.blocks_of(run))
+    ]
+    ends = sorted({end for span in spans for end in span})
+    total = sum(stop - start for start, stop in spans)
+    picks, weights = [np.zeros(0, dtype=np.intp)], [np.zeros(0)]
+    for start, stop in pairwise(ends):
+        if any(first <= start and stop <= last for first, last in spans):
+            size = stop - start
+            count = min(size, max(_LEAST, round(_LINES * size / total)))
+            place = start + (np.arange(count) + random.random(count)) / count * size
+            picks.append(np.minimum(place.astype(np.intp), stop - 1))
+            weights.append(np.full(count, size / count))
+    return np.concatenate(picks), np.concatenate(weights)
+
+
+def _read(
+    factor: Factor,
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+    lines: tuple[Line, Line],
+    wavelength: float,
+) -> Complexes:
+    """(R, C) A_y·M·A_x at some rows and columns."""
+    its = factor.reference
+    # Real and imaginary parts side by side: real products.
+    nodes = np.concatenate([factor.real.T, factor.imag.T], axis=1, dtype=np.float64)
+    real, imag = np.split(_interpolated(factor.axis_x, columns, nodes), 2, axis=1)
+    nodes = np.concatenate([real.T, imag.T], axis=1)
+    real, imag = np.split(_interpolated(factor.axis_y, rows, nodes), 2, axis=1)
+    both = real + 1j * imag
+    cos_x, sin_x = phasor(reference_cycles(lines[0].places[columns], its.x, its.z_x, wavelength))
+    cos_y, sin_y = phasor(reference_cycles(lines[1].places[rows], its.y, its.z_y, wavelength))
+    return both * (cos_x + 1j * sin_x) * (cos_y + 1j * sin_y)[:, None]
+
+
+def _interpolated(axis: Axis, targets: NDArray[np.intp], values: Floats) -> Floats:
+    """(targets, k) from values (nodes, k); zero outside all blocks."""
+    out = np.zeros((len(targets), values.shape[1]))
+    for block in axis.blocks:
+        here = np.flatnonzero((block.targets.start <= targets) & (targets < block.targets.stop))
+        if len(here):
+            own = targets[here] - block.targets.start
+            nodes = values[block.nodes]
+            out[here] = nodes[own] if block.matrix is None else block.matrix[own] @ nodes
+    return out
