@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.metrics import psnr, ssim
+from reconstruct.images import exposure
 from reconstruct.metrics import scale_to
 from reconstruct.viewer.pipeline import Picture, Request
 
@@ -34,6 +35,11 @@ class Comparison:
         """(h, w) intensity of B, brought to A's brightness, less that of A."""
         return self.b.light * np.float32(self.factor) - self.a.light
 
+    @cached_property
+    def span(self) -> float:
+        """Difference to show in the strongest colours."""
+        return exposure(np.abs(self.difference)) or 1.0
+
 
 def compare(
     request: Request, pictures: Sequence[Picture | None], with_ssim: bool
@@ -45,4 +51,6 @@ def compare(
     factor = scale_to(b.light, a.light)
     level = b.light * np.float32(factor)
     alike = ssim(level, a.light) if with_ssim else None
-    return Comparison(request, a, b, factor, psnr(level, a.light), alike)
+    made = Comparison(request, a, b, factor, psnr(level, a.light), alike)
+    made.span  # noqa: B018  made here, not in the window's thread
+    return made

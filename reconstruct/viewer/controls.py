@@ -93,11 +93,13 @@ def depth(session: Session, font: Any) -> None:
         model.depth = value * 1e-3
         model.follow = None
     for step in (-1.0, -0.1, 0.1, 1.0):
-        if button(f"{step:+.1f}", 3.7):
+        if button(f"{step:+.1f}", 3.2):
             session.go_deeper(step * 1e-3)
+        tip("mm")
         imgui.same_line()
-    imgui.align_text_to_frame_padding()
-    imgui.text_disabled("mm")
+    if button("curves"):
+        session.find_curves()
+    tip("Focus curves of all objects: C")
     for i, target in enumerate(model.objects()[:6]):
         at = float(target.position[2])
         words = f"{target.name}  {at * 1e3:.2f}"
@@ -110,12 +112,9 @@ def depth(session: Session, font: Any) -> None:
     plots.focus_curves(session)
 
 
-def compared(session: Session, font: Any) -> None:
+def compared(session: Session) -> None:
     """How two videos are shown, and what sets them apart."""
     model = session.model
-    if not model.comparing:
-        return
-    heading("Compare", font)
     label("show")
     changed, at = imgui.combo("##compare", COMPARISONS.index(model.mode), list(COMPARISONS))
     if changed:
@@ -201,16 +200,19 @@ def figures(session: Session) -> None:
 
 
 def tabs(session: Session) -> None:
-    """Picture, filter, measured and marks, one at a time: all fits without scrolling."""
+    """Picture, filter, values and marks, one at a time: all fits without scrolling."""
     imgui.dummy(ImVec2(0, 0.2 * em()))
     if not imgui.begin_tab_bar("tabs"):
         return
-    for name, show in (
+    pages = [
         ("Picture", look),
         ("Filter", fourier_filter),
-        ("Measured", figures),
+        ("Values", figures),
         ("Marks", plots.marks),
-    ):
+    ]
+    if session.model.comparing:
+        pages.insert(0, ("Compare", compared))
+    for name, show in pages:
         chosen = name == "Marks" and session.show_marks
         flags = imgui.TabItemFlags_.set_selected if chosen else imgui.TabItemFlags_.none
         if imgui.begin_tab_item(name, None, int(flags))[0]:

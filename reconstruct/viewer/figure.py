@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from chrmc.files import replacing
 from reconstruct.viewer.shade import Look, colour_table, level_of, light_of, shade
 
+_LENGTHS = ("depth", "wavelength", "pixel_pitch", "dc_block", "aperture")
 FIGURES = (".png", ".pdf", ".svg")
 
 
@@ -20,7 +21,10 @@ def round_length(room: float) -> float:
 
 def length_words(length: float) -> str:
     """A length with its unit."""
-    return f"{length * 1e3:g} mm" if length >= 1e-3 else f"{length * 1e6:g} µm"
+    for unit, size in (("mm", 1e-3), ("µm", 1e-6)):
+        if length >= size:
+            return f"{length / size:.6g} {unit}"
+    return f"{length * 1e9:.6g} nm"
 
 
 def write_figure(
@@ -79,10 +83,13 @@ def write_figure(
 def _words(settings: dict[str, Any]) -> list[tuple[str, str]]:
     found = []
     for name, value in settings.items():
-        if isinstance(value, float):
-            found.append((name, f"{value:.6g}"))
+        words = name.replace("_", " ")
+        if isinstance(value, float) and name in _LENGTHS:
+            found.append((words, length_words(value)))
+        elif isinstance(value, float):
+            found.append((words, f"{value:.6g}"))
         elif value is not None:
-            found.append((name, str(value)))
+            found.append((words, str(value)))
     return found
 
 

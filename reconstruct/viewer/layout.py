@@ -8,6 +8,7 @@ from imgui_bundle import imgui
 
 from reconstruct.viewer import controls, dialogs, overlays
 from reconstruct.viewer.canvas import Canvas
+from reconstruct.viewer.compare import Comparison
 from reconstruct.viewer.measure import Line, Region
 from reconstruct.viewer.panes import Layer, Pane, colour
 from reconstruct.viewer.session import FOURIER_SIDE, Session
@@ -20,6 +21,12 @@ SIDE = 21.5
 """Width of the controls, in font sizes."""
 _PLAIN = Look()
 _LOG = Look(mode="log")
+
+
+def measures(held: Comparison) -> str:
+    """How like B is to A, in words."""
+    alike = "" if held.ssim is None else f", SSIM {held.ssim:.4f}"
+    return f"PSNR {held.psnr:.2f} dB{alike}"
 
 
 class Layout:
@@ -70,7 +77,6 @@ class Layout:
         controls.files(session)
         controls.frames(session, self.font)
         controls.depth(session, self.font)
-        controls.compared(session, self.font)
         controls.tabs(session)
         imgui.end()
         self._upload(session)
@@ -180,6 +186,7 @@ class Layout:
         first = pictures[0]
         white = first.white if first is not None else 1.0
         if signed:
+            white = 1.0 if model.comparison is None else model.comparison.span
             layers = [Layer(self.difference, model.look, white)]
         elif len(which) == 2:
             ends = ((0.0, model.wipe), (model.wipe, 1.0))
@@ -205,6 +212,8 @@ class Layout:
             if first.coarse:
                 note += "   first picture"
                 note += f", {first.lost:.0%} of the light cut" if first.lost >= 0.005 else ""
+            if which[-1] == 1 and model.comparison is not None:
+                note += "   " + measures(model.comparison)
         drawn = pane.show(size, layers, density, note)
         pane.title = title
         pitch = model.video.slm.pixel_pitch

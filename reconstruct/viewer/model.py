@@ -55,6 +55,7 @@ class ViewerModel(ViewerState):
         self.figures: Figures | None = None
         self.comparison: Comparison | None = None
         self._messages: deque[str] = deque()
+        self._errands: deque[Steps] = deque()
         self._pipelines = [Pipeline(v, self.depth_range[1]) for v in self.videos]
         self._workers = {n: Worker(n, wake) for n in ("quick", "slow", "errands")}
         self._asked: Request | None = None
@@ -82,6 +83,7 @@ class ViewerModel(ViewerState):
         """Ask for what is missing, take what is there; whether anything new came."""
         self._flip()
         fresh = self._take()
+        self._next_errand()
         wanted = self.request
         if wanted != self._asked:
             if self.found is not None and self.found.number != wanted.number:
@@ -192,16 +194,18 @@ class ViewerModel(ViewerState):
             depths = self.depth_range
             self.run_errand(lambda: curves_of_objects(one, depths))
 
-    def run_errand(self, job: Steps) -> bool:
-        """Do a long job beside all else; False, with a message, while another is under way."""
-        if self._workers["errands"].busy:
-            self._messages.append("one thing after the other: wait, or stop it")
-            return False
-        self._workers["errands"].ask(job)
-        return True
+    def run_errand(self, job: Steps) -> None:
+        """Do a long job beside all else, after those that were asked for before."""
+        self._errands.append(job)
+        self._next_errand()
+
+    def _next_errand(self) -> None:
+        if self._errands and not self._workers["errands"].busy:
+            self._workers["errands"].ask(self._errands.popleft())
 
     def stop(self) -> None:
-        """Stop an autofocus or an errand."""
+        """Stop an autofocus and all errands."""
+        self._errands.clear()
         self._workers["errands"].leave()
         if self._focusing:
             self._workers["slow"].leave()

@@ -51,6 +51,7 @@ class Pane:
     origin: tuple[float, float] = (0.0, 0.0)
     _dragged: float = field(default=0.0, repr=False)
     _start: tuple[float, float] = field(default=(0.0, 0.0), repr=False)
+    _last: tuple[float, float] = field(default=(0.0, 0.0), repr=False)
 
     def show(
         self, size: tuple[float, float], layers: Sequence[Layer], density: float, note: str = ""
@@ -107,10 +108,8 @@ class Pane:
         x, y = self.view.to_screen(column + 0.5, row + 0.5)
         return ImVec2(self.origin[0] + x, self.origin[1] + y)
 
-    def _place(self) -> tuple[float, float]:
-        """(row, column) under the mouse, pixel middles whole."""
-        io = imgui.get_io()
-        x, y = io.mouse_pos.x - self.origin[0], io.mouse_pos.y - self.origin[1]
+    def _place(self, x: float, y: float) -> tuple[float, float]:
+        """(row, column) at a point of the pane, pixel middles whole."""
         px, py = self.view.to_picture(x, y)
         return py - 0.5, px - 0.5
 
@@ -124,17 +123,22 @@ class Pane:
             self.view.zoom_at(x, y, 1.25**io.mouse_wheel)
         if hovered and imgui.is_mouse_double_clicked(1):
             self.view.fit()
+        # On a slow machine a move, the press and the release arrive together: what counts is where
+        # the mouse was when it was pressed.
         if imgui.is_item_activated():
             self._dragged = 0.0
-            self._start = self._place()
-        # On a slow machine the last move and the release arrive together.
+            since = imgui.get_mouse_drag_delta(1 if io.mouse_clicked[1] else 0, 0.0)
+            self._last = (x - since.x, y - since.y)
+            self._start = self._place(*self._last)
         if imgui.is_item_active() or imgui.is_item_deactivated():
-            self._dragged += abs(io.mouse_delta.x) + abs(io.mouse_delta.y)
+            dx, dy = x - self._last[0], y - self._last[1]
+            self._last = (x, y)
+            self._dragged += abs(dx) + abs(dy)
             left = io.mouse_down[0] or io.mouse_released[0]
             if self._dragged > CLICK_SLACK and self.grabbing and left:
-                self.drawn = self._start, self._place()
+                self.drawn = self._start, self._place(x, y)
             elif self._dragged > CLICK_SLACK:
-                self.view.pan(io.mouse_delta.x, io.mouse_delta.y)
+                self.view.pan(dx, dy)
                 imgui.set_mouse_cursor(imgui.MouseCursor_.resize_all)
             if imgui.is_item_deactivated() and self._dragged <= CLICK_SLACK and left:
                 self.clicked = self.view.pixel_at(x, y)

@@ -217,7 +217,8 @@ def _answer(
         picture, hologram = pipeline.picture(request), pipeline.hologram(request)
     except (OSError, ValueError) as error:
         return None, None, None, " ".join(str(error).split())
-    decoded.frame.spectrum  # noqa: B018  made here, not in the window's thread
+    # Made here, not in the window's thread.
+    decoded.frame.spectrum, picture.extremes  # noqa: B018
     return decoded, picture, hologram, ""
 
 
@@ -236,7 +237,9 @@ def sharpen(
         there = one.system.at(field, request.depth)
         yield None
         white = exposure(intensity(there))
-        pictures.append(Picture(request.number, request.depth, there, white, False))
+        made = Picture(request.number, request.depth, there, white, False)
+        made.extremes  # noqa: B018
+        pictures.append(made)
     yield Sharp(request, tuple(pictures), time.perf_counter() - start)
     values = []
     for one, picture in zip(decoded, pictures, strict=True):

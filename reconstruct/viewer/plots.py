@@ -70,8 +70,6 @@ def focus_curves(session: Session) -> None:
         drawn.add_text(ImVec2(place.x + 8, place.y + 4), dim, words)
     here = across(min(max(model.depth, low), high))
     drawn.add_line(ImVec2(here, place.y + 2 * line), ImVec2(here, place.y + height - 4), dim)
-    if button("curves of all objects (C)"):
-        session.find_curves()
 
 
 def marks(session: Session) -> None:
@@ -81,7 +79,12 @@ def marks(session: Session) -> None:
         if imgui.radio_button(words, session.tool == name):
             session.tool = name
         imgui.same_line()
-    imgui.new_line()
+    if session.line is not None or session.region is not None:
+        if button("drop"):
+            session.line = session.region = None
+        tip("Escape")
+    else:
+        imgui.new_line()
     picture = model.picture(model.active)
     if picture is None:
         return
@@ -108,9 +111,6 @@ def marks(session: Session) -> None:
                 ("share of the light", f"{found.light:.2%}"),
             ],
         )
-    if (session.line is not None or session.region is not None) and button("drop marks"):
-        session.line = session.region = None
-    tip("Escape")
 
 
 def _profile(share: NDArray[np.float64], series: Sequence[NDArray[np.float64]]) -> None:

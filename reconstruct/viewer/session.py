@@ -160,8 +160,8 @@ class Session:
             path = self.folder / f"{title_of(video)}_frame_{model.number:04d}{ending}"
             depths_ = model.depth_range
             job = lambda: saving.save_stack(path, video, decoded, depths_, look, model.rate)  # noqa: E731
-        if model.run_errand(job):
-            self.say(f"saving {path}")
+        model.run_errand(job)
+        self.say(f"saving {path}")
 
     def visible_part(self) -> tuple[slice, slice]:
         """Rows and columns of the panel that the reconstruction shows."""

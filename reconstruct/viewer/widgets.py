@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 ImVec2 = imgui.ImVec2
 FILL = -1.0
 """Item width: what is left of the line."""
-_LABEL, _VALUE = 5.2, 5.0
+_LABEL, _VALUE = 5.2, 5.5
 
 
 def em() -> float:

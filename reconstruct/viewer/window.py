@@ -196,6 +196,7 @@ class ViewerWindow:
     def run(self) -> None:
         """Until the window is closed."""
         try:
+            self.draw()  # the panes' sizes are known before anything is asked for
             while not glfw.window_should_close(self._handle):
                 self.wait()
                 self.draw()
