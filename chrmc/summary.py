@@ -63,12 +63,16 @@ def _why_all_keys(video: Video) -> str:
     """The reason, where every frame of several is a key frame."""
     if len(video.frames) < 2 or not all(e["key"] for e in video.frames):
         return ""
-    compensation = video.methods.get("compensation")
-    if compensation == "none":
+    if video.methods.get("compensation") == "none":
         return ": without compensation every frame is computed afresh"
-    if compensation == "ch-rmc-object" and video.scene.get("form") == "rgbd":
-        return (
-            ": the scene does not say which point of a frame is which point of the next; it takes "
-            "an id channel and poses in scene.json"
-        )
-    return ""
+    reasons: dict[str, str] = {}
+    for entry in video.frames:
+        for name, said in entry.get("reuse", {}).items():
+            how, _, why = str(said).partition(": ")
+            if how == "afresh" and why:
+                reasons.setdefault(name, f"{name} afresh, {why}")
+    if not reasons:
+        return ""
+    poses = "; ids and the poses of all objects in scene.json would tell"
+    unknown = any("not known again" in why for why in reasons.values())
+    return ": " + "; ".join(reasons.values()) + (poses if unknown else "")

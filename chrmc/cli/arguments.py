@@ -111,7 +111,7 @@ form_option = click.option(
     default="points",
     show_default=True,
     help="points: body-fixed, exact; rgbd: quantised intensity and depth pictures. "
-    "A folder is always rgbd.",
+    "A folder without poses is rgbd.",
 )
 
 

@@ -33,7 +33,8 @@ def load_scene(
         clouds, pictures (each `FILE@DEPTH` in metres if not 0.25), text as `text:WORDS`, a
         scene.toml, a folder of a depth camera's pictures; several as a sequence
     form : "points" (body-fixed, exact) or "rgbd" (320 × 240 images, depth in planes) of a built-in
-        scene or of surfaces; a folder is always rgbd
+        scene or of surfaces; a folder is points where its ids and poses tell which point is which
+        (see `tracked`), else rgbd
     slm, wavelength : what files are sized and sampled for
     density : of surfaces, resolution cells of the SLM per point; points : on all of them, instead
     fit : scale and shift files' content so that no frame leaves what the SLM shows
@@ -63,8 +64,10 @@ def load_scene(
     folder = Path(name)
     if folder.is_dir():
         from chrmc.scene.read_folder import read_scene
+        from chrmc.scene.tracked import tracked
 
-        return read_scene(folder)
+        scene = read_scene(folder)
+        return (tracked(scene) if form == "points" else None) or scene
     if folder.exists():
         from chrmc.scene.sources import READERS
 

@@ -85,7 +85,7 @@ def test_built_in_scene_survives_its_folder(tmp_path):
     scene = load_scene("car-house", form="rgbd")
     files = write_scene(scene, tmp_path / "s", frames=(20, 22))
     assert [f.name for f in files] == ["frame_0001.exr", "frame_0002.exr", "frame_0003.exr"]
-    loaded = load_scene(str(tmp_path / "s"), form="points")
+    loaded = load_scene(str(tmp_path / "s"), form="rgbd")
     assert loaded.form == "rgbd"
     for k in (1, 2, 3):
         a, b = scene.frame(19 + k), loaded.frame(k)
@@ -386,7 +386,7 @@ def test_bad_scene_json(tmp_path, text, part):
 
 
 def test_unknown_names_say_what_there_is(tmp_path):
-    with pytest.raises(ValueError, match=r"car-house, car-house-deep.*\) or a folder"):
+    with pytest.raises(ValueError, match=r"car-house, car-house-deep.*\), a folder"):
         load_scene("carhouse")
     with pytest.raises(ValueError, match="choose points or rgbd"):
         load_scene("car-house", form="mesh")
