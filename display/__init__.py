@@ -3,6 +3,49 @@
 Importing this opens no window and loads no graphics library.
 """
 
+from typing import TYPE_CHECKING, Any
+
 from chrmc.grey_levels import encode, encode_signal, signal_of, video_scale
 
-__all__ = ["encode", "encode_signal", "signal_of", "video_scale"]
+if TYPE_CHECKING:
+    from display.gl import Trigger
+    from display.log import Flip
+    from display.marks import SerialMark, UDPMark
+    from display.monitors import Monitor, list_monitors
+    from display.screen import Screen
+
+_LAZY = {
+    "Screen": "display.screen",
+    "Flip": "display.log",
+    "Trigger": "display.gl",
+    "UDPMark": "display.marks",
+    "SerialMark": "display.marks",
+    "Monitor": "display.monitors",
+    "list_monitors": "display.monitors",
+}
+
+__all__ = [
+    "Flip",
+    "Monitor",
+    "Screen",
+    "SerialMark",
+    "Trigger",
+    "UDPMark",
+    "encode",
+    "encode_signal",
+    "list_monitors",
+    "signal_of",
+    "video_scale",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        from importlib import import_module
+
+        return getattr(import_module(_LAZY[name]), name)
+    raise AttributeError(f"module 'display' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -245,6 +245,10 @@ class Offscreen:
         """(rows, columns, 3) bytes drawn."""
         return read_back(self._buffer, self.size)
 
+    def grab(self) -> NDArray[np.uint8]:
+        """What is drawn is what would be shown."""
+        return self.read()
+
     def close(self) -> None:
         """Free the context."""
         self._buffer.release()

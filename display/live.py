@@ -45,6 +45,7 @@ class LiveReel:
         self, make: Callable[[], Iterator[Picture]], loop: bool = False, ahead: int = 3
     ) -> None:
         self.loop = loop
+        self.numbers = [1]
         self._make = make
         self._ready: queue.Queue[Picture | None] = queue.Queue(ahead)
         self._stopped = threading.Event()

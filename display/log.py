@@ -8,7 +8,7 @@ from dataclasses import astuple, dataclass, fields
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, TextIO
 
 from chrmc.files import write_json
 from display.timing import Summary
@@ -60,7 +60,7 @@ class FlipLog:
 
     def __init__(self, path: str | Path | None) -> None:
         self.path = path = None if path is None else Path(path)
-        self._file = None
+        self._file: TextIO | None = None
         if path is not None:
             if path.is_dir():
                 raise ValueError(f"{path} is a folder: --log needs a file name such as flips.csv")
@@ -96,8 +96,13 @@ class FlipLog:
         _error: BaseException | None,
         _trace: TracebackType | None,
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; what was written is there."""
         if self._file is not None:
             self._file.close()
+            self._file = None
 
 
 def versions() -> dict[str, str]:

@@ -1,54 +1,23 @@
-"""Playing: frames from a ring onto a surface, at the surface's pace, every flip on record."""
+"""Playing: frames from a reel, at the surface's pace and as keys steer."""
 
 import queue
 import threading
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from display.gl import Painter, Trigger
+from display.flipper import Flipper, Surface
+from display.gl import Trigger
 from display.log import Flip, FlipLog
 from display.playlist import Picture
 from display.prefetch import Fault
-from display.timing import Pace, Refresh, Summary, judge, measure_refresh, pace_for, sleep_until
+from display.start import Start
+from display.timing import Pace, Refresh, Summary, pace_for
 from display.transport import Transport
 
 ON_BAD_FRAME = ("skip", "stop")
-
-
-class Surface(Protocol):
-    """What frames are drawn on: `display.window.Window`, `display.gl.Offscreen`, or your own.
-
-    size : (width, height) pixels; context : moderngl; vsync : flips wait for a refresh
-    reported_refresh : Hz, 0 where unknown; notes : what the user should be told
-    place : where the window is ("ok", "moved", …), "" where that means nothing
-    window_manager : its name, or ""; monitor : a `display.monitors.Monitor`, or None
-    """
-
-    size: Any
-    context: Any
-    vsync: bool
-    reported_refresh: float
-    name: str
-    notes: list[str]
-    place: str
-    window_manager: str
-    monitor: Any
-
-    def bind(self) -> None: ...
-    def unbind(self) -> None: ...
-    def poll(self) -> None: ...
-    def finish(self) -> None: ...
-    def flip(self) -> None: ...
-    def pressed(self) -> list[str]: ...
-    def read(self) -> NDArray[np.uint8]: ...
-    def close(self) -> None: ...
-    @property
-    def closed(self) -> bool: ...
 
 
 class Reel(Protocol):
@@ -65,14 +34,18 @@ class Options:
     """How to play.
 
     fps, every : frames per second, or flips per frame; default one frame per flip
+    durations : seconds that each frame of the list stays, instead of fps and every
     fallback_rate : Hz kept by the clock on a screen whose flips do not wait
     paced : False plays frames as fast as they come (headless without a rate)
     loop : begin again after the last frame
     hold : stay on the last frame until a key ends it
     seconds : stop after so long, or None
+    start_on : "key", or a time of day (`display.start.parse_time`); None begins at once
+    countdown : seconds counted aloud before the first frame
     channel : colour channel that the panel shows, "all" for grey
     trigger : corner square for a photodiode, or None
-    verify : read every new frame back and compare it with its file
+    verify : True or "frames" reads every new frame back and compares it with its file, "screen"
+        compares what the desktop shows (X11)
     on_bad_frame : "skip" or "stop"
     """
 
@@ -85,15 +58,36 @@ class Options:
     seconds: float | None = None
     channel: str = "all"
     trigger: Trigger | None = None
-    verify: bool = False
+    verify: bool | str = False
     on_bad_frame: str = "skip"
+    durations: Sequence[float] | None = None
+    start_on: str | float | datetime | None = None
+    countdown: float = 0.0
 
     def __post_init__(self) -> None:
         if self.on_bad_frame not in ON_BAD_FRAME:
             raise ValueError(f"on a bad frame: skip or stop, not {self.on_bad_frame!r}")
         if self.seconds is not None and not self.seconds > 0:
             raise ValueError(f"--seconds must be positive, not {self.seconds:g}")
+        if self.durations is not None:
+            if self.fps is not None or self.every is not None:
+                raise ValueError("durations give each frame's time: leave fps and every out")
+            if len(self.durations) == 0 or not all(0 < d < 1e6 for d in self.durations):
+                raise ValueError("durations must be positive seconds, one for each frame")
         pace_for(Refresh(None, 0), self.fps, self.every)  # refuses what can never be
+        self.start  # noqa: B018 - refuses what is no start
+
+    @property
+    def start(self) -> Start:
+        """When the first frame comes."""
+        return Start(self.start_on, self.countdown)
+
+    @property
+    def verified(self) -> str:
+        """As the flipper takes it."""
+        if isinstance(self.verify, str):
+            return self.verify
+        return "frames" if self.verify else ""
 
 
 class Player:
@@ -105,6 +99,8 @@ class Player:
     shape : (rows, columns) of the frames
     log : where flips are recorded
     tell : is given lines that the user should read (pace, warnings, skipped frames)
+    flipper : shows the frames, where a `display.Screen` has one already; channel, trigger, verify
+        and log are then its own
     """
 
     def __init__(
@@ -116,95 +112,65 @@ class Player:
         options: Options = Options(),
         log: FlipLog | None = None,
         tell: Callable[[str], None] = lambda line: None,
+        flipper: Flipper | None = None,
     ) -> None:
         self.surface, self.reel, self.options, self.tell = surface, reel, options, tell
         self.shape = shape
         self.transport = Transport(list(numbers), loop=options.loop)
         self.pace = Pace(None, 1, False)
         self._log = log or FlipLog(None)
-        self._intervals: list[float] = []
-        self._flips = self._frames = self._late = self._dropped = self._missed = self._waited = 0
-        self._misplaced = 0
-        self._wanted = False  # a key asks for a frame that has not been shown yet
+        self._flipper = flipper
         self._faults: list[str] = []
-        self._mismatches = 0
-        self._shown: Picture | None = None
-        self._square = False
-        self._last = 0.0
-        self._due = 0.0
+        self._shown = False
+        self._wanted = False  # a key asks for a frame that has not been shown yet
+        self._poll: Callable[[], None] = surface.poll
 
     def run(self, poll: bool = True) -> Summary:
         """Play to the end, or until a key ends it.
 
-        poll : take in events here; False where the main thread does (`play_together`)
+        poll : take in events here; False where another thread does (`play_together`)
 
         Raises OSError when a frame stops play, or when the monitor or the context is lost; what
         was logged until then is in the log.
         """
         self._poll = self.surface.poll if poll else lambda: None
         self.surface.bind()
-        painter = Painter(
-            self.surface.context, self.shape, self.options.channel, self.options.trigger
+        options = self.options
+        self._flipper = Flipper(
+            self.surface, self.shape, options.channel, options.trigger, self._log, options.verified
         )
         try:
-            self._find_pace(painter)
-            self._play(painter)
+            for _ in self.flips(self._poll):
+                pass
+        finally:
+            self._flipper.release()
+        return self.summary()
+
+    def flips(self, poll: Callable[[], None]) -> Iterator[Flip]:
+        """Every flip, once it is done; the surface is bound whenever this runs."""
+        self._poll = poll
+        assert self._flipper is not None
+        try:
+            self._find_pace(self._flipper)
+            if self.options.start.wait(self._keys, self._quit, poll, self.tell):
+                yield from self._play(self._flipper)
         except OSError as error:
             where = f"; log saved in {self._log.path}" if self._log.path else ""
-            raise OSError(f"{error}; stopped at flip {self._flips}{where}") from error
-        finally:
-            painter.release()
-        return self.summary()
+            raise OSError(f"{error}; stopped at flip {self._flipper.flips}{where}") from error
 
     def summary(self) -> Summary:
         """The run so far."""
-        return Summary(
-            self._flips,
-            self._frames,
-            self._late,
-            self._dropped,
-            self._missed,
-            self._waited,
-            tuple(self._intervals),
-            self.pace.period,
-            tuple(self._faults),
-            self._mismatches if self.options.verify else None,
-            self._misplaced,
-        )
+        if self._flipper is None:
+            return Summary(0, 0, 0, 0, 0, 0, (), None)
+        return self._flipper.summary(self.pace.period, tuple(self._faults))
 
-    def _find_pace(self, painter: Painter) -> None:
+    def _find_pace(self, flipper: Flipper) -> None:
         options, surface = self.options, self.surface
-        refresh = Refresh(None, 0)
-        if surface.vsync:
-            painter.upload(np.zeros(self.shape, dtype=np.uint8))
-            self.tell("measuring how often this screen refreshes: dark for up to 2 s")
-
-            def flip() -> None:
-                self._poll()
-                painter.draw(surface.size)
-                surface.flip()
-
-            refresh = measure_refresh(flip, surface.reported_refresh)
-            painter.check()
-            if refresh.period is not None:
-                self.tell(
-                    f"refresh measured: {1 / refresh.period:.2f} Hz, after {refresh.flips} flips "
-                    f"({surface.reported_refresh:g} Hz reported)"
-                )
-        fallback = options.fallback_rate if options.paced else None
+        refresh = flipper.measure(self.tell, self._poll)
+        paced = options.paced or options.durations is not None
+        fallback = options.fallback_rate if paced else None
         self.pace = pace_for(refresh, options.fps, options.every, fallback)
-        measured = None if refresh.period is None else 1 / refresh.period
-        monitor = surface.monitor
-        self._log.describe(
-            surface=surface.name,
-            monitor=None if monitor is None else asdict(monitor) | {"modes": len(monitor.modes)},
-            window_manager=surface.window_manager,
-            notes=surface.notes,
-            reported_refresh_hz=surface.reported_refresh,
-            measured_refresh_hz=measured,
-            frames_per_second=self.pace.rate,
-            flips_per_frame=self.pace.every,
-        )
+        flipper.describe(self.pace)
         if self.pace.warning:
             self.tell("warning: " + self.pace.warning)
         if surface.vsync and not self.pace.waits and self.pace.rate:
@@ -213,7 +179,13 @@ class Player:
                 f"{self.pace.rate:.4g} frames per second by the clock"
             )
 
-    def _play(self, painter: Painter) -> None:
+    def _keys(self) -> list[str]:
+        return self.surface.pressed()
+
+    def _quit(self) -> bool:
+        return self.surface.closed
+
+    def _play(self, flipper: Flipper) -> Iterator[Flip]:
         options, transport = self.options, self.transport
         start = time.perf_counter()
         left = 0  # flips that the shown frame still has
@@ -227,26 +199,39 @@ class Player:
                 return
             shown = "paused" if transport.paused else "held"
             if self._wanted or (left <= 0 and not transport.paused and not ended):
-                answer = self._advance(painter)
+                answer = self._advance(flipper)
                 if answer == "end":
-                    if not options.hold or self._shown is None:
+                    if not options.hold or not self._shown:
                         return
                     ended, self._wanted = True, False
                 elif answer == "bad":
                     continue
                 elif answer == "new":
-                    shown, left, ended = "new", self.pace.every, False
+                    shown, left, ended = "new", self._flips_for(transport.at), False
                     self._wanted = False
                 else:
                     shown = "waiting"
-                    self._waited += 1
-            self._flip(painter, shown)
+                    flipper.waited += 1
+            yield flipper.flip(shown, self.pace)
             left -= 1
+
+    def _flips_for(self, place: int) -> int:
+        """Flips that the frame at a place in the list gets."""
+        durations = self.options.durations
+        if durations is None:
+            return self.pace.every
+        if place >= len(durations):
+            raise ValueError(
+                f"frame {place + 1} has no duration: there are {len(durations)}, one is needed "
+                "for each"
+            )
+        period = self.pace.period or 1 / self.options.fallback_rate
+        return max(1, round(durations[place] / period))
 
     def _asked(self) -> bool:
         """Take in the keys; whether one asks for another frame."""
         wanted = False
-        for key in self.surface.pressed():
+        for key in self._keys():
             place = self.transport.press(key)
             if place is not None:
                 self.transport.at = place
@@ -255,9 +240,9 @@ class Player:
         self.reel.loop = self.transport.loop
         return wanted
 
-    def _advance(self, painter: Painter) -> str:
+    def _advance(self, flipper: Flipper) -> str:
         """Get the next frame: "new" (uploaded), "bad", "end", or "waiting" (not there in time)."""
-        must = self._shown is None or self.pace.period is None
+        must = not self._shown or self.pace.period is None
         while True:
             try:
                 item = self.reel.take(0.02 if must else 0.0)
@@ -271,7 +256,7 @@ class Player:
                     self.transport.quit = True
                     return "end"
         if item is None:
-            if self._shown is None:
+            if not self._shown:
                 raise OSError("; ".join(self._faults) or "there is no frame to show")
             return "end"
         index, got = item
@@ -286,54 +271,9 @@ class Player:
                 raise OSError(f"no frame can be shown: {self._faults[0]}")
             return "bad"
         self.transport.at = index
-        painter.upload(got.levels)
-        self._shown = got
-        self._square = not self._square
-        self._frames += 1
+        flipper.upload(got)
+        self._shown = True
         return "new"
-
-    def _flip(self, painter: Painter, shown: str) -> None:
-        picture = self._shown
-        assert picture is not None
-        painter.draw(self.surface.size, self._square)
-        if self.options.verify and shown == "new":
-            wanted = painter.expected(picture.levels, self._square)
-            self._mismatches += not np.array_equal(self.surface.read(), wanted)
-        if not self.pace.waits and self.pace.period is not None:
-            self.surface.finish()
-            sleep_until(self._due)
-        self.surface.flip()
-        painter.check()
-        now = time.perf_counter()
-        # A flip that came late moves those after it: none is hurried to catch up.
-        period = self.pace.period or 0.0
-        self._due = max(self._due + period, now + 0.5 * period)
-        self._flips += 1
-        interval = now - self._last if self._flips > 1 else None
-        self._last = now
-        status, missed = "first", 0
-        if interval is not None:
-            self._intervals.append(interval)
-            status, missed = judge(interval, self.pace.period)
-        self._late += status == "late"
-        self._dropped += status == "dropped"
-        self._missed += missed
-        place = self.surface.place
-        self._misplaced += place not in ("", "ok", "unknown")
-        self._log.write(
-            Flip(
-                self._flips,
-                picture.number,
-                picture.file,
-                picture.sha256,
-                now,
-                interval,
-                shown,
-                status,
-                missed,
-                place,
-            )
-        )
 
 
 def play_together(players: Sequence[Player]) -> list[Summary]:
@@ -364,7 +304,7 @@ def play_together(players: Sequence[Player]) -> list[Summary]:
         for player in players:
             player.surface.poll()
         time.sleep(0.004)
-    summaries = []
+    summaries: list[Any] = []
     for result in results:
         if isinstance(result, BaseException):
             raise result

@@ -23,6 +23,7 @@ class Ring:
     count : length of the list
     loop : start again after the last one
     ahead : most frames held
+    numbers : of the frames, in the list's order; 1, 2, … unless set
 
     Use as a context manager; the thread ends with the block.
     """
@@ -34,6 +35,7 @@ class Ring:
             raise ValueError(f"a ring needs room for at least one frame, not {ahead}")
         self._read, self._count, self._ahead = read, count, ahead
         self.loop = loop
+        self.numbers = list(range(1, count + 1))
         self._held: list[tuple[int, Picture | Fault]] = []
         self._next = 0
         self._generation = 0

@@ -64,8 +64,9 @@ def command(
             yield Picture(frame.number, f"live {frame.number}", digest, levels)
 
     with LiveReel(make, loop, ahead) as reel:
+        reel.numbers = list(numbers)
         status = show(
-            reel, list(numbers), slm, f"{recipe.scene.name}, live",
+            reel, slm, f"{recipe.scene.name}, live",
             loop=loop, hold=False, on_bad_frame="stop", **rest,
         )  # fmt: skip
         report = reel.report()

@@ -67,7 +67,7 @@ def command(kind: str, out: Path | None, slm: SLM, **rest: Any) -> int:
         return 0
     picture = Picture(1, kind, hashlib.sha256(levels.tobytes()).hexdigest(), levels)
     with Ring(lambda _: picture, 1) as ring:
-        return show(ring, [1], slm, kind, hold=not rest["headless"], **rest)
+        return show(ring, slm, kind, hold=not rest["headless"], **rest)
 
 
 def draw(kind: str, slm: SLM, given: dict[str, Any]) -> Any:

@@ -55,8 +55,23 @@ surface_options = stacked(
     click.option(
         "--verify",
         is_flag=True,
-        help="Read every frame back and compare it to the pixel; exit 1 on a difference.",
+        help="Read every frame back from the graphics card and compare it to the pixel; exit 1 on "
+        "a difference.",
     ),
+    click.option(
+        "--verify-screen",
+        is_flag=True,
+        help="The same with what the monitor's part of the desktop shows (X11).",
+    ),
+    click.option(
+        "--start-on",
+        metavar="key|TIME",
+        default=None,
+        help="Stay dark until a key, or a time such as 20:15:30 or 2026-11-21T20:15:30.",
+    ),
+    click.option("--countdown", type=float, default=0.0, help="Count down so many seconds first."),
+    click.option("--udp", metavar="HOST:PORT", default=None, help="A datagram at every new frame."),
+    click.option("--serial", metavar="PORT", default=None, help="A byte at every new frame."),
 )
 
 
@@ -108,15 +123,15 @@ def command(
     hold = not target.is_dir() and not shown["headless"]
     numbers = [entry.number for entry in playlist.entries]
     with Ring(playlist.read, len(playlist), loop, ahead) as ring:
+        ring.numbers = numbers
         return show(
-            ring, numbers, playlist.slm, playlist.name,
+            ring, playlist.slm, playlist.name,
             loop=loop, hold=hold, on_bad_frame=on_bad_frame, **shown,
         )  # fmt: skip
 
 
 def show(
     reel: Any,
-    numbers: list[int],
     slm: SLM,
     name: str,
     *,
@@ -129,49 +144,75 @@ def show(
     **options: Any,
 ) -> int:
     """Open the surface that the options mean, play a reel on it, and report; the exit status."""
-    if headless and (windowed or monitor is not None):
-        raise ValueError("--headless shows nothing: leave --windowed and --monitor out")
-    from display.gl import Offscreen, Trigger
-    from display.log import FlipLog, plot_intervals
-    from display.player import Options, Player
+    from display.gl import Trigger
+    from display.log import plot_intervals
+    from display.screen import Screen
 
-    playing = Options(
-        fallback_rate=slm.refresh,
-        paced=not headless or options["every"] is not None,
-        trigger=None if trigger is None else Trigger(trigger, trigger_size),
-        **options,
-    )
+    if options["verify_screen"] and headless:
+        raise ValueError("--verify-screen reads a monitor: use --verify with --headless")
+    playing = {
+        name: options[name]
+        for name in ("fps", "every", "seconds", "loop", "hold", "on_bad_frame", "start_on")
+    }
     with contextlib.ExitStack() as stack:
-        surface: Any
         stack.enter_context(ended_by_signal())
-        if headless:
-            surface = Offscreen(slm.shape)
-        else:
-            from display.window import Window
-
-            surface = Window(slm, monitor, windowed, title=f"chrmc: {name}")
-        stack.callback(surface.close)
-        if playing.verify and surface.size != (slm.width, slm.height):
-            raise ValueError("--verify compares pixels, so the SLM must fit the window at 1:1")
-        click.echo(f"{name} on {surface.name}" + ("" if headless else "; Esc ends"))
-        for note in surface.notes:
-            _tell(note)
-        flips = stack.enter_context(FlipLog(log))
-        player = Player(surface, reel, numbers, slm.shape, playing, flips, _tell)
+        screen = stack.enter_context(
+            Screen(
+                monitor,
+                slm=slm,
+                headless=headless,
+                windowed=windowed,
+                channel=options["channel"],
+                trigger=None if trigger is None else Trigger(trigger, trigger_size),
+                on_flip=_marks(options["udp"], options["serial"], stack),
+                log=log,
+                verify="screen" if options["verify_screen"] else "frames" * options["verify"],
+                tell=_tell,
+                title=f"chrmc: {name}",
+            )
+        )
+        click.echo(f"{name} on {screen.name}" + ("" if headless else "; Esc ends"))
+        flips = screen.play(
+            reel,
+            **playing,
+            countdown=options["countdown"],
+            paced=not headless or options["every"] is not None,
+        )
         interrupted = False
         try:
-            summary = player.run()
+            for _ in flips:
+                pass
         except KeyboardInterrupt:
-            summary, interrupted = player.summary(), True
+            interrupted = True
+        summary = screen.summary()
     for line in summary.lines():
         click.echo(line)
     if log is not None:
-        plot_intervals(summary, log.with_suffix(".png"), f"{name} on {surface.name}")
         picture, facts = (log.with_suffix(s) for s in (".png", ".json"))
+        plot_intervals(summary, picture, f"{name} on {screen.name}")
         click.echo(f"flips in {log}, histogram in {picture}, monitor and versions in {facts}")
     if interrupted:
         raise KeyboardInterrupt
     return 1 if summary.faults or summary.mismatches or summary.misplaced else 0
+
+
+def _marks(udp: str | None, serial: str | None, stack: contextlib.ExitStack) -> Any:
+    """What every flip calls, or None."""
+    from display.marks import SerialMark, UDPMark
+
+    marks: list[Any] = []
+    if udp is not None:
+        marks.append(UDPMark(udp))
+    if serial is not None:
+        marks.append(SerialMark(serial))
+    for mark in marks:
+        stack.callback(mark.close)
+
+    def send(flip: Any) -> None:
+        for mark in marks:
+            mark(flip)
+
+    return send if marks else None
 
 
 def _tell(line: str) -> None:

@@ -1,0 +1,348 @@
+"""An SLM, or any monitor, as an object: show this now, say when it was on, go on."""
+
+import contextlib
+import hashlib
+import threading
+import time
+import weakref
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.grey_levels import SIGMAS, encode, signal_of
+from chrmc.response import GreyResponse
+from chrmc.slm import LC_R_1080, SLM
+from display.log import Flip, FlipLog
+from display.playlist import Picture, check_size, open_playlist
+from display.prefetch import Fault, Ring
+from display.timing import Pace, Summary, pace_for
+
+
+class Screen:
+    """A panel that shows arrays, pixel for pixel, and says when each was on.
+
+    monitor : label, output, a part of either, or index; None takes the one that fits `slm`
+    slm : the panel; default that of the named monitor's pixels, else LC_R_1080
+    headless : draw without a screen; windowed : a preview on the desktop
+    encoding, response, scale : how complex fields become grey levels (`display.encode`). One scale
+        holds for all of them: without one, the first field sets it, kept in `scale`
+    channel : "all" for grey, or the one colour channel that the panel shows
+    trigger : a `display.Trigger`, the corner square that toggles with every frame, or None
+    on_flip : called with every `Flip` as soon as it is done, such as `display.UDPMark`
+    log : file for one CSV line per flip; what holds for all is in a .json beside it
+    verify : "frames" reads every new frame back and compares it, "screen" what the desktop shows
+    tell : is given lines that the user should read
+
+    Opening it measures the refresh: the panel is dark for up to 2 s. Any thread may call the
+    methods; the window lives on between calls, and `close`, the end of a with block, or the end
+    of the program closes it. On macOS: the main thread only.
+
+    Raises ValueError for a monitor that is not there or has other pixels, OSError where the
+    system does not give a whole, undecorated window on it.
+    """
+
+    def __init__(
+        self,
+        monitor: str | int | None = None,
+        *,
+        slm: SLM | None = None,
+        headless: bool = False,
+        windowed: bool = False,
+        encoding: str = "ssb",
+        response: GreyResponse | None = None,
+        scale: float | None = None,
+        channel: str = "all",
+        trigger: Any = None,
+        on_flip: Callable[[Flip], object] | None = None,
+        log: str | Path | None = None,
+        verify: str = "",
+        tell: Callable[[str], None] = lambda line: None,
+        title: str = "chrmc",
+    ) -> None:
+        if headless and (windowed or monitor is not None):
+            raise ValueError("a headless screen is on no monitor: leave windowed and monitor out")
+        if scale is not None and not (np.isfinite(scale) and scale > 0):
+            raise ValueError(f"scale must be positive, not {scale}")
+        from display.flipper import Flipper
+
+        self.encoding, self.response, self.scale, self.tell = encoding, response, scale, tell
+        self._turn, self._depth = threading.RLock(), 0
+        self._poll: Callable[[], None] = lambda: None
+        name = None if monitor is None else str(monitor)
+        self.surface: Any
+        if headless:
+            from display.gl import Offscreen
+
+            self.slm = slm or LC_R_1080
+            self.surface = Offscreen(self.slm.shape)
+            self.surface.unbind()
+            end: Callable[[], None] = self.surface.close
+        else:
+            self.slm, self.surface, end, self._poll = _open_window(name, slm, windowed, title)
+        self._end = weakref.finalize(self, end)
+        self._log = FlipLog(log)
+        for note in self.surface.notes:
+            tell(note)
+        try:
+            with self._bound():
+                self._flipper = Flipper(
+                    self.surface, self.slm.shape, channel, trigger, self._log, verify, on_flip
+                )
+                self._refresh = self._flipper.measure(tell, self._poll)
+                self._flipper.describe(pace_for(self._refresh))
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def name(self) -> str:
+        """Of the monitor, by its label where it has one."""
+        return str(self.surface.name)
+
+    @property
+    def refresh(self) -> float | None:
+        """Measured refresh in Hz; None where flips do not wait for one."""
+        return None if self._refresh.period is None else 1 / self._refresh.period
+
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed, here or by the user."""
+        return not self._end.alive or bool(self.surface.closed)
+
+    def __repr__(self) -> str:
+        state = "closed" if self.closed else f"{self._flipper.flips} flips"
+        return f"<Screen {self.name!r}, {self.slm.width} × {self.slm.height}, {state}>"
+
+    def levels(self, frame: Any) -> NDArray[np.uint8]:
+        """The (H, W) uint8 grey levels that a frame shows: itself, or a complex field encoded."""
+        frame = np.asarray(frame)
+        if np.iscomplexobj(frame):
+            if self.scale is None:
+                signal = signal_of(frame, self.slm, self.encoding)
+                self.scale = SIGMAS * float(np.sqrt(np.mean(signal**2, dtype=np.float64))) or None
+            return encode(frame, self.slm, self.encoding, self.scale or 1.0, response=self.response)
+        if frame.dtype != np.uint8:
+            raise ValueError(
+                f"a frame is uint8 grey levels or a complex field, not {frame.dtype}: "
+                "round it to 0…255 and cast it, or pass the field"
+            )
+        if frame.ndim != 2:
+            raise ValueError(f"a frame has (rows, columns), not the shape {frame.shape}")
+        check_size(frame, self.slm, "the frame")
+        return frame
+
+    def show(self, frame: Any, name: str = "") -> Flip:
+        """Show one frame; returns when it is on.
+
+        frame : (H, W) uint8 grey levels, or a complex field on the panel's pixels
+        name : for the log
+
+        `late` and `missed` of the answer count from this call: a frame uploaded and drawn within
+        one period is on time.
+        """
+        self._check_open()
+        asked = time.perf_counter()
+        picture = self._picture(self._flipper.frames + 1, frame, name)
+        pace = Pace(self._refresh.period, 1, self._refresh.period is not None)
+        with self._bound():
+            self._poll()
+            self._flipper.upload(picture)
+            return self._flipper.flip("new", pace, asked)
+
+    def play(
+        self,
+        frames: Any,
+        fps: float | None = None,
+        *,
+        every: int | None = None,
+        durations: Sequence[float] | None = None,
+        loop: bool = False,
+        hold: bool = False,
+        seconds: float | None = None,
+        start_on: str | float | datetime | None = None,
+        countdown: float = 0.0,
+        on_bad_frame: str = "skip",
+        ahead: int = 8,
+        paced: bool = True,
+    ) -> Iterator[Flip]:
+        """Play frames; yields every flip once it is done.
+
+        frames : any iterable of what `show` takes, a stored video (`chrmc.open_video`), the folder
+            of one, or a reel
+        fps, every, durations, loop, hold, seconds, start_on, countdown, on_bad_frame, paced : as
+            `display.player.Options`
+        ahead : frames of a stored video read ahead. Those of an iterable are asked for one by one,
+            each when its time has come, so they may depend on what was measured before
+
+        Keys steer as in `chrmc play`. What the caller does between two flips delays the second.
+        """
+        from display.player import Options, Player
+
+        self._check_open()
+        options = Options(
+            fps, every, self.slm.refresh, paced, loop, hold, seconds,
+            on_bad_frame=on_bad_frame, durations=durations, start_on=start_on, countdown=countdown,
+        )  # fmt: skip
+        reel, numbers = self._reel(frames, loop, ahead)
+        self._player = player = Player(
+            self.surface, reel, numbers, self.slm.shape, options, self._log, self.tell,
+            self._flipper,
+        )  # fmt: skip
+        # A ring that was made here is begun and ended here.
+        own = reel if isinstance(reel, Ring) and reel is not frames else contextlib.nullcontext()
+        return self._run(player, own)
+
+    def _run(self, player: Any, own: Any) -> Iterator[Flip]:
+        with own:
+            flips = player.flips(self._poll)
+            while True:
+                self._check_open()
+                with self._bound():
+                    flip = next(flips, None)
+                if flip is None:
+                    return
+                yield flip
+
+    def summary(self) -> Summary:
+        """What was shown so far amounts to."""
+        player = getattr(self, "_player", None)
+        if player is not None:
+            found: Summary = player.summary()
+            return found
+        return self._flipper.summary(self._refresh.period)
+
+    def read(self) -> NDArray[np.uint8]:
+        """(rows, columns, 3) bytes that the panel's part of the desktop shows; headless, drawn."""
+        with self._bound():
+            grabbed: NDArray[np.uint8] = self.surface.grab()
+            return grabbed
+
+    def close(self) -> None:
+        """Close the window; nothing when it is closed already."""
+        with self._turn:
+            self._end()
+            self._log.close()
+
+    def __enter__(self) -> "Screen":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @contextlib.contextmanager
+    def _bound(self) -> Iterator[None]:
+        """Hold the turn, with the surface bound in this thread; may be nested."""
+        with self._turn:
+            if self._depth == 0:
+                self.surface.bind()
+            self._depth += 1
+            try:
+                yield
+            finally:
+                self._depth -= 1
+                if self._depth == 0 and self._end.alive:
+                    self.surface.unbind()
+
+    def _check_open(self) -> None:
+        if not self._end.alive:
+            raise ValueError("this screen is closed: open a new one")
+        if self.surface.closed:
+            raise OSError("the window was closed by the user")
+
+    def _picture(self, number: int, frame: Any, name: str = "") -> Picture:
+        levels = self.levels(frame)
+        # Only the log asks for it, and it costs milliseconds.
+        digest = ""
+        if self._log.path is not None:
+            digest = hashlib.sha256(np.ascontiguousarray(levels).data).hexdigest()
+        return Picture(number, name or f"frame {number}", digest, levels)
+
+    def _reel(self, frames: Any, loop: bool, ahead: int) -> tuple[Any, list[int]]:
+        if hasattr(frames, "seek"):
+            return frames, list(getattr(frames, "numbers", [1]))
+        folder = getattr(frames, "folder", frames)
+        if isinstance(folder, str | Path):
+            playlist = open_playlist(folder, self.slm)
+            ring = Ring(playlist.read, len(playlist), loop, ahead)
+            return ring, [entry.number for entry in playlist.entries]
+        if isinstance(frames, np.ndarray) and frames.ndim != 3:
+            raise ValueError(f"an array of frames has (frames, rows, columns), not {frames.shape}")
+        pulled = _Pulled(frames, self._picture, loop)
+        return pulled, list(range(1, pulled.count + 1))
+
+
+class _Pulled:
+    """A reel over any iterable; a frame is asked for when its time has come."""
+
+    def __init__(
+        self, frames: Iterable[Any], picture: Callable[[int, Any], Picture], loop: bool
+    ) -> None:
+        self.loop = loop
+        self._frames, self._picture = frames, picture
+        self._list = frames if isinstance(frames, Sequence | np.ndarray) else None
+        self.count = 1 if self._list is None else len(self._list)
+        self._next = 0
+        self._left = iter(frames)
+
+    def seek(self, index: int) -> None:
+        """Go on from a place in a list; an iterator cannot."""
+        self._next = min(max(index, 0), self.count - 1)
+
+    def take(self, timeout: float | None = 0.0) -> tuple[int, Picture | Fault] | None:
+        """The next (place, frame), None at the end."""
+        if self._list is not None:
+            if self._next >= self.count:
+                if not self.loop or not self.count:
+                    return None
+                self._next = 0
+            index = self._next
+            self._next += 1
+            return index, self._picture(index + 1, self._list[index])
+        for again in (False, True):
+            if again:
+                if not self.loop or not self._next:
+                    return None
+                self._left, self._next = iter(self._frames), 0
+            for frame in self._left:
+                self._next += 1
+                return self._next - 1, self._picture(self._next, frame)
+        return None
+
+
+def _open_window(
+    monitor: str | None, slm: SLM | None, windowed: bool, title: str
+) -> tuple[SLM, Any, Callable[[], None], Callable[[], None]]:
+    """The panel, its window, and how to close and to poll it; all of it done at home."""
+    from display.home import home
+    from display.monitors import choose, list_monitors
+    from display.window import Window
+
+    place = home()
+
+    def open_it() -> tuple[SLM, Window]:
+        panel = slm
+        if panel is None:
+            panel = LC_R_1080
+            if monitor is not None and not windowed:
+                found = choose(list_monitors(), monitor, panel, any_size=True)
+                if not found.fits(panel):
+                    panel = SLM(found.title, found.width, found.height, panel.pixel_pitch)
+        window = Window(panel, monitor, windowed, title=title)
+        window.unbind()
+        return panel, window
+
+    panel, window = place.call(open_it)
+    place.watch(window.poll)
+
+    def close_it() -> None:
+        def end() -> None:
+            place.forget(window.poll)
+            window.close()
+
+        place.call(end)
+
+    return panel, window, close_it, place.poll
