@@ -32,8 +32,9 @@ class Home:
 
     def call(self, function: Callable[[], T]) -> T:
         """What the function returns or raises, run at home."""
-        if self._thread is None or threading.current_thread() is self._thread:
-            return function()
+        thread = self._thread
+        if thread is None or thread is threading.current_thread() or not thread.is_alive():
+            return function()  # at the end of the program the thread may be gone before a window
         answer: Future[T] = Future()
         self._calls.put((function, answer))
         return answer.result()

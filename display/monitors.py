@@ -4,8 +4,9 @@ import atexit
 import contextlib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from chrmc.slm import SLM
@@ -66,8 +67,13 @@ def glfw_ready() -> Any:
         raise OSError(f"{_no_display()} ({last_error(glfw)}): {_REMEDY}")
     if glfw.get_platform() == glfw.PLATFORM_NULL:
         raise OSError(f"{_no_display()} (GLFW's null platform): {_REMEDY}")
-    atexit.register(glfw.terminate)
+    _at_exit(glfw.terminate)
     return glfw
+
+
+@cache
+def _at_exit(end: Callable[[], None]) -> None:
+    atexit.register(end)  # once, so that what is registered later runs before it
 
 
 def _clean_up_x11() -> None:

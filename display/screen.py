@@ -1,5 +1,6 @@
 """An SLM, or any monitor, as an object: show this now, say when it was on, go on."""
 
+import atexit
 import contextlib
 import hashlib
 import threading
@@ -84,6 +85,9 @@ class Screen:
         else:
             self.slm, self.surface, end, self._poll = _open_window(name, slm, windowed, title)
         self._end = weakref.finalize(self, end)
+        # Before GLFW's own end, which was registered when the first window was opened.
+        self._end.atexit = False
+        atexit.register(self._end)
         self._log = FlipLog(log)
         for note in self.surface.notes:
             tell(note)
@@ -225,6 +229,7 @@ class Screen:
         """Close the window; nothing when it is closed already."""
         with self._turn:
             self._end()
+            atexit.unregister(self._end)
             self._log.close()
 
     def __enter__(self) -> "Screen":

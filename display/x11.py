@@ -1,21 +1,38 @@
 """What GLFW does not say on X11: labels, the window manager, what lies over a window, pixels."""
 
 import contextlib
-from typing import Any
+import threading
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from display.edid import label_of
 
+P = ParamSpec("P")
+T = TypeVar("T")
 Box = tuple[int, int, int, int]
 """x, y, width, height on the desktop, pixels."""
+
+
+def _in_turn(method: Callable[P, T]) -> Callable[P, T]:
+    """A method of `Desktop` that no other thread may run into."""
+
+    @wraps(method)
+    def run(*arguments: P.args, **named: P.kwargs) -> T:
+        desktop: Any = arguments[0]
+        with desktop.turn:
+            return method(*arguments, **named)
+
+    return run
 
 
 class Desktop:
     """A connection of its own to the X server of DISPLAY; OSError where there is none.
 
-    One thread at a time.
+    Any thread may use it: requests take turns.
     """
 
     def __init__(self) -> None:
@@ -27,7 +44,9 @@ class Desktop:
         except (error.DisplayError, error.XauthError, OSError) as problem:
             raise OSError(f"no connection to the X server: {problem}") from problem
         self._root = self._display.screen().root
+        self.turn = threading.RLock()
 
+    @_in_turn
     def labels(self) -> dict[str, str]:
         """Labels by output name, from the outputs' EDID."""
         labels = {}
@@ -44,6 +63,7 @@ class Desktop:
                     labels[info.name] = label
         return labels
 
+    @_in_turn
     def forget_dead_manager(self) -> None:
         """Remove what a window manager that ended without notice left on the root window.
 
@@ -54,6 +74,7 @@ class Desktop:
             self._root.delete_property(self._display.intern_atom(name))
             self._display.sync()
 
+    @_in_turn
     def window_manager(self) -> str:
         """Its name, or "none"."""
         owner = self._window_of(self._root, "_NET_SUPPORTING_WM_CHECK")
@@ -61,6 +82,7 @@ class Desktop:
             return "none"
         return self._title(owner) or "unknown"
 
+    @_in_turn
     def covered_by(self, window: int, box: Box) -> str | None:
         """Name of the lowest window that lies over a part of `box` above ours; "" for none.
 
@@ -86,6 +108,7 @@ class Desktop:
                     return self._title(other) or f"window {other.id:#x}"
         return ""
 
+    @_in_turn
     def grab(self, box: Box) -> NDArray[np.uint8]:
         """(height, width, 3) bytes of a part of the desktop, as the server has them."""
         x, y, width, height = box
@@ -98,12 +121,14 @@ class Desktop:
         picture = np.frombuffer(image.data, dtype=np.uint8).reshape(height, width, 4)
         return picture[:, :, 2::-1]  # blue comes first on the machines that X runs on
 
+    @_in_turn
     def free_of_manager(self, window: int) -> None:
         """Tell the window manager to keep its hands off a window that is not yet mapped."""
         ours = self._display.create_resource_object("window", window)
         ours.change_attributes(override_redirect=True)
         self._display.sync()
 
+    @_in_turn
     def focus(self, window: int) -> None:
         """Give a window the keyboard, which no manager does for one it does not manage."""
         ours = self._display.create_resource_object("window", window)
@@ -111,6 +136,7 @@ class Desktop:
         ours.configure(stack_mode=self._x.Above)
         self._display.sync()
 
+    @_in_turn
     def close(self) -> None:
         """Close the connection."""
         with contextlib.suppress(Exception):  # the server may be gone
