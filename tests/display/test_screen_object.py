@@ -16,6 +16,7 @@ import pytest
 
 import display
 from chrmc.grey_levels import SIGMAS, encode, signal_of
+from chrmc.pictures import read_grey
 from chrmc.slm import LC_R_1080
 from display.start import parse_time
 
@@ -311,3 +312,64 @@ def test_a_script_shows_alternating_frames_under_a_window_manager(managed):
         "size 800 600",
     ]
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("paused", [False, True])
+@pytest.mark.parametrize(
+    ("keys", "wanted"),
+    [
+        (["right"], 22),
+        (["left"], 20),
+        (["right", "right", "left"], 22),
+        (["page_down"], 31),
+        (["page_up"], 11),
+        (["home"], 1),
+        (["end"], 40),
+        (["7", "enter"], 7),
+        (["3", "3", "enter"], 33),
+        (["9", "9", "enter"], 40),
+    ],
+)
+def test_keys_show_the_frame_asked_for(small, tmp_path, video_maker, keys, wanted, paused):
+    """Paced and read ahead as on a panel: the frame is not there at once, but it comes."""
+    folder = video_maker(tmp_path / "video", small, 40)
+    log = tmp_path / "log.csv"
+    with display.Screen(headless=True, slm=small, log=log) as screen:
+        script = [["2", "1", "enter"], ["space"] if paused else []]
+        screen.surface.pressed = lambda: script.pop(0) if script else []
+        flips = screen.play(folder, fps=60, loop=True, ahead=2)
+        until(flips, lambda flip: flip.frame == 21 and not script)
+        script.append(keys)
+        until(flips, lambda flip: flip.frame == wanted and flip.shown == "new")
+        assert np.array_equal(shown(screen), frame_of(folder, wanted))
+        stays = paused or keys[0] in ("left", "right")
+        after = [next(flips) for _ in range(20)][-1]
+        assert (after.frame == wanted and after.shown == "paused") == stays
+        script.append(["space"])
+        until(flips, lambda flip: flip.shown == ("new" if stays else "paused"))
+        script.append(["escape"])
+        assert len(list(flips)) <= 2
+    frames = [row["frame"] for row in csv.DictReader(log.open())]
+    assert str(wanted) in frames
+
+
+def test_l_switches_the_loop(small, tmp_path, video_maker):
+    folder = video_maker(tmp_path / "video", small, 3)
+    with display.Screen(headless=True, slm=small) as screen:
+        script = [["l"], [], []]
+        screen.surface.pressed = lambda: script.pop(0) if script else []
+        flips = screen.play(folder, fps=60)
+        until(flips, lambda flip: flip.flip > 3 and flip.frame == 1)
+        script.append(["l"])
+        assert list(flips)[-1].frame == 3
+
+
+def until(flips, condition):
+    for _, flip in zip(range(600), flips, strict=False):
+        if condition(flip):
+            return
+    raise AssertionError("600 flips, and never what was waited for")
+
+
+def frame_of(folder, number):
+    return read_grey(folder / f"frame_{number:04d}.tif")
