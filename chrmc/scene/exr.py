@@ -17,6 +17,9 @@ COLOUR_NAMES = (("r", "red"), ("g", "green"), ("b", "blue"))
 PICTURE_LAYERS = {"combined", "beauty", "rgba", "image"}
 # Rec. 709 luminance of linear red, green and blue.
 LUMINANCE = (0.2126, 0.7152, 0.0722)
+ALPHA_NAMES = ("a", "alpha")
+NO_HIT = 1e9
+"""Metres from which on a depth means that nothing was there: renderers write 1e10."""
 HALF_EXACT = 2048
 """Whole numbers up to here are exact in half precision."""
 
@@ -40,7 +43,8 @@ def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
     """The frame in a file of any tool, and whether it has object ids (else all are 0).
 
     Intensity is a channel named Y, I, intensity, grey or luminance, or the luminance of R, G, B;
-    depth Z or depth, in metres; ids id or object_id. Case and layers (`view.Depth.Z`) do not
+    depth Z or depth, in metres, 1e9 and more for background; alpha 0 is background too; ids id or
+    object_id. Case and layers (`view.Depth.Z`) do not
     matter. A cropped data window is put in its place. Raises OSError for a file that cannot be
     read and ValueError for one that says nothing usable, both in one line.
     """
@@ -74,6 +78,11 @@ def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
 
         intensity = sum(w * pixels(c) for c, w in weights)
         z = pixels(depth)
+        # Nothing was hit, or the pixel is transparent: background, whatever its colour.
+        intensity = np.where(np.isfinite(z) & (z >= NO_HIT), 0, intensity)
+        alpha = find_channel(names, ALPHA_NAMES)
+        if alpha is not None:
+            intensity = np.where(pixels(alpha) > 0, intensity, 0)
         object_id = np.zeros(z.shape, np.int32) if identity is None else pixels(identity)
         try:
             frame = RGBDFrame(np.asarray(intensity, dtype=np.float32), z, object_id)

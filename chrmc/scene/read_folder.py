@@ -109,7 +109,7 @@ def _frame_files(folder: Path, description: Description) -> list[Path]:
     if description.files is not None:
         files = [folder / name for name in description.files]
     else:
-        files = _numbered(folder)
+        files = numbered(folder)
     count = description.frame_count
     if count is not None and len(files) < count:
         raise ValueError(
@@ -124,7 +124,7 @@ def _frame_files(folder: Path, description: Description) -> list[Path]:
     return files
 
 
-def _numbered(folder: Path) -> list[Path]:
+def numbered(folder: Path) -> list[Path]:
     """The .exr files of a folder by the number that ends their names."""
     numbered: dict[int, Path] = {}
     series: dict[str, Path] = {}

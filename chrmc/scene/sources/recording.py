@@ -1,22 +1,36 @@
-"""Recordings of depth cameras: colour and depth pictures with pinhole intrinsics."""
+"""Recordings of depth cameras and renderers: colour and depth with a perspective camera.
+
+Colour and 16-bit depth pictures (PNG, TIFF) with a JSON of intrinsics, as RealSense, Open3D and the
+TUM RGB-D set write them, or OpenEXR frames whose scene.json has a `camera`, `scale`, `offset` or
+`depth_unit`.
+"""
 
 import json
 import re
 from dataclasses import dataclass
+from math import radians, tan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.files import read_json
+from chrmc.scene.exr import read_exr
 from chrmc.scene.points import PointCloud
+from chrmc.scene.read_folder import numbered
+from chrmc.scene.scene_json import SCENE_FILE
 from chrmc.scene.sources.colour import luminance
 from chrmc.scene.sources.frames import CloudScene
 from chrmc.scene.sources.images import read_samples
 from chrmc.scene.sources.volume import DEPTH, box, cell
+from chrmc.scene.sources.world import number, triple
 from chrmc.slm import SLM, WAVELENGTH
 
 CAMERA_FILES = ("camera.json", "intrinsics.json", "camera_intrinsics.json", "calibration.json")
+CAMERA_WORDS = {"camera", "scale", "offset", "depth_unit"}
+SENSOR = 36.0
+"""Millimetres across the sensor of a camera that only names its lens, as Blender has it."""
 ENDINGS = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
 TUM_SCALE = 1 / 5000
 """Metres per unit of the depth pictures of the TUM RGB-D set."""
@@ -33,6 +47,7 @@ the camera mixed from an edge's two sides."""
 class Camera:
     """Pinhole: pixel (u, v) at depth d sees ((u − cx)·d/fx, (v − cy)·d/fy, d).
 
+    pitch : metres between pixels of a camera whose lines of sight are parallel; None for a pinhole
     unit : metres of one unit of the depth pictures
     scale : metres here per metre of the recording, None to fit; offset : metres added then
     """
@@ -44,6 +59,18 @@ class Camera:
     unit: float
     scale: float | None = None
     offset: tuple[float, float, float] | None = None
+    pitch: float | None = None
+
+    def place(self, u: Any, v: Any, depth: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) metres of pixels at (N,) depths in the file's unit."""
+        d = depth * self.unit
+        across = d / self.fx if self.pitch is None else self.pitch
+        down = d / self.fy if self.pitch is None else self.pitch
+        return np.stack([(u - self.cx) * across, (v - self.cy) * down, d], axis=1)
+
+    def pixel(self, depth: float) -> float:
+        """Metres between neighbouring pixels at a depth in metres."""
+        return depth / self.fx if self.pitch is None else self.pitch
 
 
 def is_recording(path: Path) -> bool:
@@ -52,7 +79,18 @@ def is_recording(path: Path) -> bool:
         return False
     if (path / "rgb.txt").is_file() and (path / "depth.txt").is_file():
         return True
-    return any((path / name).is_file() for name in CAMERA_FILES)
+    return any((path / name).is_file() for name in CAMERA_FILES) or bool(_words(path))
+
+
+def _words(folder: Path) -> dict[str, Any]:
+    """The scene.json of a folder of EXR frames, if it speaks of a camera."""
+    path = folder / SCENE_FILE
+    if not path.is_file():
+        return {}
+    content = read_json(path, "scene folder")
+    if not isinstance(content, dict) or not CAMERA_WORDS & set(content):
+        return {}
+    return content
 
 
 def read_recording(folder: Path, slm: SLM, wavelength: float | None = None) -> CloudScene:
@@ -62,8 +100,8 @@ def read_recording(folder: Path, slm: SLM, wavelength: float | None = None) -> C
     depths. Colour and depth pictures are paired by their time stamps or numbers; one without a
     partner is left out, and said.
     """
-    camera = _camera(folder)
     pairs, notes = _pairs(folder)
+    camera = _camera(folder, _read(pairs[0])[1].shape)
     first = _positions(*_read(pairs[0]), camera)[0]
     if not len(first):
         raise ValueError(f"{pairs[0][1]} has no pixel with a depth: nothing to show")
@@ -76,7 +114,7 @@ def read_recording(folder: Path, slm: SLM, wavelength: float | None = None) -> C
         scale = float(min(width / size[0], height / size[1], 0.1 * DEPTH / max(size[2], 1e-9)))
     offset = np.array(camera.offset or [0, 0, DEPTH]) - (0 if camera.offset else scale * middle)
     finest = min(cell(slm, wavelength or WAVELENGTH, DEPTH)) / 2
-    spacing = scale * float(np.median(first[:, 2])) / camera.fx
+    spacing = scale * camera.pixel(float(np.median(first[:, 2])))
     step = max(1, int(finest / spacing))
     notes.append(
         f"{folder.name}: {len(pairs)} frames, {(high - low)[0]:.3g} × {(high - low)[1]:.3g} × "
@@ -101,7 +139,10 @@ def read_recording(folder: Path, slm: SLM, wavelength: float | None = None) -> C
     )
 
 
-def _camera(folder: Path) -> Camera:
+def _camera(folder: Path, shape: tuple[int, ...]) -> Camera:
+    words = _words(folder)
+    if words:
+        return camera_of(words, str(folder / SCENE_FILE), shape, unit=1.0)
     path = next((folder / n for n in CAMERA_FILES if (folder / n).is_file()), None)
     if path is None:
         return Camera(*TUM_CAMERA, TUM_SCALE)
@@ -109,11 +150,17 @@ def _camera(folder: Path) -> Camera:
         content = json.loads(path.read_text("utf-8"))
     except ValueError as error:
         raise ValueError(f"{path} is no JSON: {' '.join(str(error).split())}") from None
-    return camera_of(content, str(path))
+    return camera_of(content, str(path), shape)
 
 
-def camera_of(content: Any, where: str) -> Camera:
-    """A camera from the words of RealSense, Open3D and the TUM set; ValueError in one line."""
+def camera_of(
+    content: Any, where: str, shape: tuple[int, ...], unit: float | None = None
+) -> Camera:
+    """A camera from the words of RealSense, Open3D, the TUM set and Blender (lens in millimetres,
+    sensor_width, or fov in degrees, across the picture); ValueError in one line.
+
+    shape : (H, W) of the pictures; unit : metres per unit of depth where nothing is said
+    """
     if not isinstance(content, dict):
         raise ValueError(f"{where} must be an object with fx, fy, cx, cy")
     inner: dict[str, Any] = next((content[k] for k in ("camera", "intrinsics", "depth_intrinsics")
@@ -123,29 +170,43 @@ def camera_of(content: Any, where: str) -> Camera:
     if isinstance(matrix, list) and len(matrix) == 9:
         words |= {"fx": matrix[0], "fy": matrix[4], "cx": matrix[6], "cy": matrix[7]}
 
-    def value(*names: str) -> float:
+    def value(*names: str, default: float | None = None) -> float:
         for name in names:
-            if isinstance(words.get(name), int | float) and np.isfinite(words[name]):
-                return float(words[name])
-        raise ValueError(f"{where} has no {names[0]} (pixels); write fx, fy, cx, cy")
+            found = words.get(name)
+            if isinstance(found, int | float) and not isinstance(found, bool):
+                return number(found, f"{where}: {name}")
+        if default is None:
+            raise ValueError(f"{where} has no {names[0]} (pixels); write fx, fy, cx, cy")
+        return default
 
-    fx, fy = value("fx"), value("fy")
-    if fx <= 0 or fy <= 0:
+    height, width = shape
+    pitch, focal = None, None
+    if "lens" in words:
+        focal = width * value("lens") / value("sensor_width", default=SENSOR)
+    elif "fov" in words:
+        focal = width / 2 / tan(radians(value("fov")) / 2)
+    elif not inner and "fx" not in words and "pixel_pitch" in words:
+        pitch, focal = value("pixel_pitch"), 1.0
+    fx, fy = value("fx", default=focal), value("fy", default=focal)
+    if not (fx > 0 and fy > 0 and (pitch is None or pitch > 0)):
         raise ValueError(f"{where}: fx and fy must be positive, not {fx:g} and {fy:g}")
     offset = words.get("offset")
-    if offset is not None and (not isinstance(offset, list) or len(offset) != 3):
-        raise ValueError(f"{where}: offset must be [x, y, z] in metres")
     return Camera(
-        fx, fy, value("cx", "ppx"), value("cy", "ppy"), _unit(words, where),
+        fx,
+        fy,
+        value("cx", "ppx", default=(width - 1) / 2 if focal else None),
+        value("cy", "ppy", default=(height - 1) / 2 if focal else None),
+        _unit(words, where, unit),
         None if words.get("scale") is None else value("scale"),
-        None if offset is None else (float(offset[0]), float(offset[1]), float(offset[2])),
-    )  # fmt: skip
+        None if offset is None else triple(offset, f"{where}: offset"),
+        pitch,
+    )
 
 
-def _unit(words: dict[str, Any], where: str) -> float:
+def _unit(words: dict[str, Any], where: str, default: float | None) -> float:
     """Metres of one unit of depth: `depth_unit`, or `depth_scale` as units per metre (Open3D,
     TUM: 1000, 5000) or metres per unit (RealSense: 0.001)."""
-    unit = words.get("depth_unit", words.get("depth_scale", 0.001))
+    unit = words.get("depth_unit", words.get("depth_scale", default or 0.001))
     if isinstance(unit, bool) or not isinstance(unit, int | float) or not unit > 0:
         raise ValueError(f"{where}: depth_unit must be metres per unit, such as 0.001")
     if "depth_unit" not in words and unit > 1:
@@ -161,6 +222,9 @@ def _pairs(folder: Path) -> tuple[list[Pair], list[str]]:
     if (folder / "rgb.txt").is_file() and (folder / "depth.txt").is_file():
         colour, depth = (_listed(folder, folder / f) for f in ("rgb.txt", "depth.txt"))
         within = PAIR_WITHIN
+    elif _words(folder):
+        files = numbered(folder)
+        return [(path, path) for path in files], []
     else:
         colour, depth = _found(folder)
         within = 0.0
@@ -221,7 +285,10 @@ def _found(folder: Path) -> tuple[dict[float, Path], dict[float, Path]]:
 
 
 def _read(pair: Pair) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(H, W) light 0 … 1 and (H, W) depth in the file's unit."""
+    """(H, W) light and (H, W) depth in the file's unit."""
+    if pair[0].suffix.lower() == ".exr":
+        frame, _ = read_exr(pair[0])
+        return frame.intensity.astype(np.float64), np.where(frame.lit, frame.depth, 0)
     samples, raw = read_samples(pair[0]), read_samples(pair[1])
     if raw.dtype != np.uint16:
         raise ValueError(f"{pair[1]} has 8 bits; depth pictures have 16")
@@ -239,7 +306,7 @@ def _positions(
     light: NDArray[np.float64], depth: NDArray[np.float64], camera: Camera, step: int = 1
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], Any]:
     """(N, 3) metres in the camera's axes (x right, y down), (N,) light, and the pixels."""
-    known = (depth > 0) & (depth < 65535) & (light > 0)
+    known = (depth > 0) & (depth != 65535) & (light > 0)
     # A pixel far from both neighbours of a row or column lies between two surfaces.
     for axis in (0, 1):
         before, after = np.roll(depth, 1, axis), np.roll(depth, -1, axis)
@@ -248,6 +315,4 @@ def _positions(
     kept = np.zeros_like(known)
     kept[::step, ::step] = True
     v, u = np.nonzero(known & kept)
-    d = depth[v, u] * camera.unit
-    place = np.stack([(u - camera.cx) * d / camera.fx, (v - camera.cy) * d / camera.fy, d], axis=1)
-    return place, light[v, u], (v, u)
+    return camera.place(u, v, depth[v, u]), light[v, u], (v, u)

@@ -153,10 +153,14 @@ def test_a_world_is_written_and_means_the_same(models: Path, tmp_path: Path) -> 
     assert step @ [0, 0, 1] == pytest.approx([np.sin(np.pi / 4), 0, np.cos(np.pi / 4)])
 
 
-def test_poses_move_an_object_as_tracked(models: Path, tmp_path: Path) -> None:
+def track_rows() -> str:
+    """Five rows that slide along x and turn about z."""
     rows = [(n / 10, 0.1 * n, 0.0, 0.0, 0.0, 0.0, 0.1 * n) for n in range(5)]
-    text = "\n".join(",".join(map(str, row)) for row in rows)
-    (tmp_path / "t.csv").write_text("time,x,y,z,rx,ry,rz\n" + text)
+    return "time,x,y,z,rx,ry,rz\n" + "\n".join(",".join(map(str, row)) for row in rows)
+
+
+def test_poses_move_an_object_as_tracked(models: Path, tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text(track_rows())
     (tmp_path / "w.toml").write_text(
         f'points = {FEW}\nrate = 10\n[[object]]\nfile = "{models / "OBJ" / "spider.obj"}"\n'
         'motion = { kind = "poses", file = "t.csv", scale = 1e-3 }\n'
@@ -368,6 +372,54 @@ def test_bad_recordings(tmp_path: Path) -> None:
         camera.write_text(text)
         with pytest.raises(ValueError, match=words):
             read_recording(tmp_path / "walk", LC_R_1080)
+
+
+def blender_frame(path: Path, shift: float) -> None:
+    """Multilayer EXR as Blender writes it: a lit square at 5 m before a far background."""
+    import OpenImageIO as oiio
+
+    height, width = 40, 60
+    names = ["ViewLayer.Combined.R", "ViewLayer.Combined.G", "ViewLayer.Combined.B",
+             "ViewLayer.Combined.A", "ViewLayer.Depth.Z"]  # fmt: skip
+    data = np.zeros((height, width, 5), np.float32)
+    data[:, :, 4] = 1e10
+    data[5:15, 10:20, :4] = 1
+    data[5:15, 10:20, 4] = 5 + shift
+    data[30:, 50:, :3] = 0.3  # a sky that is lit, but nowhere
+    data[30:, 50:, 3] = 1
+    spec = oiio.ImageSpec(width, height, 5, "float")
+    spec.channelnames = tuple(names)
+    out = oiio.ImageOutput.create(str(path))
+    assert out.open(str(path), spec) and out.write_image(data)
+    out.close()
+
+
+def test_frames_of_a_renderer_with_a_perspective_camera(tmp_path: Path) -> None:
+    for number in (1, 2):
+        blender_frame(tmp_path / f"frame_{number:04d}.exr", 0.5 * (number - 1))
+    words = {"camera": {"lens": 50}, "scale": 1e-3, "offset": [0, 0, 0.245]}
+    (tmp_path / "scene.json").write_text(json.dumps(words))
+    scene = load_scene(str(tmp_path))
+    assert scene.frame_count == 2
+    cloud = scene.frame(1).cloud
+    assert len(cloud) == 100
+    assert cloud.positions[:, 2] == pytest.approx(0.25, abs=1e-6)
+    focal = 60 * 50 / 36
+    assert cloud.positions[:, 0].min() == pytest.approx(1e-3 * (10 - 29.5) * 5 / focal)
+    assert cloud.positions[:, 1].max() == pytest.approx(1e-3 * (14 - 19.5) * 5 / focal)
+    assert scene.frame(2).cloud.positions[:, 2] == pytest.approx(0.2505, abs=1e-6)
+
+
+def test_a_far_background_is_no_light_in_parallel_projection_either(tmp_path: Path) -> None:
+    blender_frame(tmp_path / "frame_0001.exr", 0)
+    (tmp_path / "scene.json").write_text('{"pixel_pitch": 4e-5}')
+    assert len(load_scene(str(tmp_path)).frame(1).cloud) == 100
+    (tmp_path / "scene.json").write_text(
+        '{"pixel_pitch": 4e-5, "depth_unit": 0.05, "scale": 1, "offset": [0, 0, 0.01]}'
+    )
+    cloud = load_scene(str(tmp_path)).frame(1).cloud
+    assert cloud.positions[:, 2] == pytest.approx(0.26, abs=1e-6)
+    assert np.ptp(cloud.positions[:, 0]) == pytest.approx(9 * 4e-5)
 
 
 # Points out and in again
