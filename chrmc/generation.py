@@ -1,7 +1,7 @@
 """Scene to stored hologram video: the work behind `chrmc.generate` and `chrmc generate`."""
 
-from collections.abc import Collection, Iterator
-from contextlib import suppress
+from collections.abc import Collection, Generator, Iterator
+from contextlib import AbstractContextManager, closing, suppress
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -57,6 +57,8 @@ def generate(
     group: int | None = None,
     png: bool = False,
     force: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
     **options: Any,
 ) -> Video:
     """Make a hologram video of a scene and store it; the same call goes on with a stopped one.
@@ -77,6 +79,8 @@ def generate(
     group : frames after which a new key frame begins, whatever is made of them and in which order
     png : write PNG, smaller and slower than TIFF
     force : replace another video in the folder, once the new one stands
+    workers : processes that make the groups; scheduler : address of a running Dask cluster that
+        does, tcp://HOST:PORT; default this process, with all cores
     options : of the methods
 
     Returns the stored video. Raises ValueError or OSError in one line; what was finished is kept.
@@ -97,7 +101,15 @@ def generate(
         group=group,
         source=scene if isinstance(scene, str) and is_python_name(scene) else None,
     )
-    make_video(recipe, Path(folder), frames, ".png" if png else ".tif", force=force)
+    make_video(
+        recipe,
+        Path(folder),
+        frames,
+        ".png" if png else ".tif",
+        force=force,
+        workers=workers,
+        scheduler=scheduler,
+    )
     return open_video(Path(folder))
 
 
@@ -108,6 +120,8 @@ def make_video(
     suffix: str = ".tif",
     *,
     force: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
 ) -> int:
     """Make the frames that `folder` does not hold yet; the number made.
 
@@ -117,13 +131,13 @@ def make_video(
     numbers = frame_range(recipe.scene, frames)
     with writer_lock(folder), one_line(recipe.source, recipe.cgh, recipe.compensation):
         if not (force and (folder / MANIFEST).exists()):
-            return _fill(recipe, folder, numbers, suffix)
+            return _fill(recipe, folder, numbers, suffix, workers, scheduler)
         new = folder / REPLACEMENT
         if _is_another(new, describe(recipe)):
             remove_video(new)
         new.mkdir(exist_ok=True)
         try:
-            made = _fill(recipe, new, numbers, suffix)
+            made = _fill(recipe, new, numbers, suffix, workers, scheduler)
             replace_video(folder, new)
         finally:
             with suppress(OSError):
@@ -163,6 +177,8 @@ def _fill(
     folder: Path,
     numbers: range,
     suffix: str,
+    workers: int | None = None,
+    scheduler: str | None = None,
 ) -> int:
     """Make the missing ones of the frames `numbers`, group by group."""
     description = whole_description(recipe, existing_manifest(folder), folder)
@@ -171,32 +187,43 @@ def _fill(
     if not missing:
         return 0
     writer.collect()
+    if workers is None and scheduler is None:
+        made = _frames_of_groups(recipe, writer, missing)
+    else:
+        from chrmc.cluster import frames_on_cluster
+
+        made = frames_on_cluster(recipe, writer, missing, workers, scheduler)
     try:
-        count = 0
-        for _ in progress(
-            _frames_of_groups(recipe, writer, missing), "generate", total=len(missing)
-        ):
-            count += 1
-        return count
+        with closing(made):
+            return sum(1 for _ in progress(made, "generate", total=len(missing)))
     finally:
         writer.collect()
         writer.discard_if_empty()
 
 
-def _frames_of_groups(recipe: Recipe, writer: VideoWriter, missing: list[int]) -> Iterator[int]:
+def _frames_of_groups(
+    recipe: Recipe, writer: VideoWriter, missing: list[int]
+) -> Generator[int, None, None]:
     options = method_named(recipe.cgh).with_cache(recipe.options)
-    for group, wanted in groups_of(recipe, missing):
-        yield from make_group(
-            recipe,
-            writer.folder,
-            writer.description["scale"],
-            group,
-            wanted,
-            writer.suffix,
-            options,
-        )
-        if writer.due:
-            writer.collect()
+    scale = writer.description["scale"]
+    with same_arithmetic():
+        for group, wanted in groups_of(recipe, missing):
+            yield from make_group(
+                recipe, writer.folder, scale, group, wanted, writer.suffix, options
+            )
+            if writer.due:
+                writer.collect()
+
+
+def same_arithmetic() -> AbstractContextManager[Any]:
+    """BLAS at one thread: how it cuts a product into threads changes the last bits of the sums.
+
+    Methods spread their work over the cores themselves, in pieces that do not depend on how many.
+    """
+    from threadpoolctl import threadpool_limits
+
+    limits: AbstractContextManager[Any] = threadpool_limits(limits=1, user_api="blas")
+    return limits
 
 
 def groups_of(recipe: Recipe, missing: list[int]) -> list[tuple[range, set[int]]]:

@@ -10,6 +10,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeGuard
 
+MODULE_PREFIX = "chrmc_python_file_"
+"""Names of the modules that such files become."""
+
 
 def is_python_name(text: Any) -> TypeGuard[str]:
     """Whether a text has the form FILE.py:NAME."""
@@ -35,7 +38,7 @@ def from_python_file(text: str) -> Any:
         raise FileNotFoundError(f"there is no Python file {path}") from None
     path = path.resolve()
     key = hashlib.sha256(str(path).encode() + content).hexdigest()[:16]
-    module_name = f"chrmc_python_file_{key}"
+    module_name = MODULE_PREFIX + key
     module = sys.modules.get(module_name)
     if module is None:
         spec = importlib.util.spec_from_file_location(module_name, path)

@@ -7,7 +7,7 @@ a run that was cut off leaves them, and they count.
 """
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -241,15 +241,25 @@ class VideoWriter:
         self.entries[record.number] = store_frame(self.folder, record, levels, self.suffix)
         self.save_when_due()
 
-    def collect(self) -> None:
-        """Take in the records of groups, save the manifest, and remove those records."""
+    def take_in(self) -> list[Path]:
+        """Take in the records of groups; their paths."""
         paths = group_records(self.folder)
         for path in paths:
             for entry in read_json(path, "hologram video")["frames"]:
                 self.entries[int(entry["number"])] = entry
+        return paths
+
+    def collect(self, busy: Collection[int] = ()) -> None:
+        """Take in the records of groups, save the manifest, and remove those records.
+
+        busy : first frames of groups that are still being written; their records stay
+        """
+        paths = self.take_in()
         self.save()
+        kept = {GroupWriter(self.folder, first).path for first in busy}
         for path in paths:
-            path.unlink(missing_ok=True)
+            if path not in kept:
+                path.unlink(missing_ok=True)
 
     @property
     def due(self) -> bool:

@@ -35,6 +35,10 @@ from chrmc.slm import SLM
     default=None,
     help="Frames that share a key frame. [1 without compensation, else 96]",
 )
+@click.option("--workers", type=int, default=None, help="Processes that share the work.")
+@click.option(
+    "--scheduler", default=None, help="A running Dask cluster that does it, tcp://HOST:PORT."
+)
 @click.option(
     "--force", is_flag=True, help="Replace another video in the folder, once the new one stands."
 )
@@ -48,6 +52,8 @@ def command(
     export_points: Path | None,
     png: bool,
     force: bool,
+    workers: int | None,
+    scheduler: str | None,
     **rest: Any,
 ) -> int:
     """Make a hologram video of THING: a built-in scene, a folder of RGB-D frames,
@@ -74,7 +80,15 @@ def command(
         click.echo(f"{export_points}: {count} points of {scene.frame_count} frames")
     source = things[0] if is_python_name(things[0]) else None
     recipe = recipe_for(scene, slm, wavelength, source=source, **rest)
-    made = make_video(recipe, out, frames, ".png" if png else ".tif", force=force)
+    made = make_video(
+        recipe,
+        out,
+        frames,
+        ".png" if png else ".tif",
+        force=force,
+        workers=workers,
+        scheduler=scheduler,
+    )
     video = open_video(out)
     click.echo(f"{out}: {made} frames made, {len(video.frames) - made} kept")
     for line in summary(video):

@@ -169,6 +169,7 @@ def test_a_run_that_is_killed_ends_in_the_same_bytes(slow: Path) -> None:
 
 
 @pytest.mark.long
+@pytest.mark.timeout(1800)
 @pytest.mark.parametrize("name", METHODS)
 def test_thirty_kills_end_in_the_same_bytes(slow: Path, name: str) -> None:
     chosen = METHODS[name]

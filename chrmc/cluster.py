@@ -1,0 +1,222 @@
+"""Groups of a video on several processes or machines, through dask.distributed.
+
+The folder is shared. The recipe lies in it while the run goes on, so that a worker that takes
+another's place finds it too; a group's frames and record are written by the worker that makes it,
+and only numbers travel over the network.
+"""
+
+import hashlib
+import logging
+import sys
+from collections.abc import Generator, Iterator
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from chrmc.cgh import method_named
+from chrmc.compensation import compensation_named
+from chrmc.files import replacing
+from chrmc.generation import groups_of, make_group, same_arithmetic
+from chrmc.python_file import MODULE_PREFIX, is_python_name
+from chrmc.ranges import Count
+from chrmc.recipe import Recipe
+from chrmc.store import MANIFEST, VideoWriter, ranges
+from chrmc.threads import THREADS
+from chrmc.threads import workers as cores
+
+RECIPE = ".recipe.pickle"
+WORKERS = Count("workers", 1, 1024)
+ATTEMPTS = 3
+_CONNECT = 10  # seconds
+
+
+def frames_on_cluster(
+    recipe: Recipe,
+    writer: VideoWriter,
+    missing: list[int],
+    workers: int | None,
+    scheduler: str | None,
+) -> Generator[int, None, None]:
+    """Make the missing frames on a cluster; yields their numbers as they are stored.
+
+    workers : processes of a cluster on this machine
+    scheduler : address of a running one, tcp://HOST:PORT, whose workers see the folder
+
+    A group whose worker dies is made again. Groups that fail three times are told at the end, in
+    one line, when the others are finished.
+    """
+    folder = writer.folder.resolve()
+    with _client(workers, scheduler) as client, _recipe_file(recipe, folder) as digest:
+        from distributed import wait
+
+        tasks = {}
+        for group, wanted in groups_of(recipe, missing):
+            arguments = (str(folder), digest, writer.description["scale"], group, sorted(wanted))
+            task = client.submit(
+                _make, *arguments, writer.suffix, version(), retries=ATTEMPTS - 1, pure=False
+            )
+            tasks[task] = group
+        pending, failed = set(tasks), {}
+        seen: set[int] = set()
+        while pending:
+            lost = False
+            try:
+                with client.as_current():
+                    wait(list(pending), timeout=1, return_when="FIRST_COMPLETED")
+            except TimeoutError:
+                pass
+            except CancelledError:
+                lost = True
+            writer.take_in()
+            if lost or client.status != "running":
+                raise OSError(
+                    f"the scheduler {scheduler or ''} is gone; what was finished is kept, the "
+                    "same command goes on"
+                )
+            for task in [t for t in pending if t.done()]:
+                pending.remove(task)
+                if task.status != "finished":
+                    failed[tasks[task].start] = (tasks[task], _told(task))
+            new = set(missing) & set(writer.entries) - seen
+            seen |= new
+            yield from sorted(new)
+            if writer.due:
+                writer.collect(busy=[tasks[task].start for task in pending])
+        if failed:
+            numbers = [n for group, _ in failed.values() for n in group if n in missing]
+            why = next(iter(failed.values()))[1]
+            raise OSError(
+                f"frames {ranges(numbers)} failed {ATTEMPTS} times ({why}); the others are finished"
+            )
+
+
+def _make(
+    folder: str,
+    digest: str,
+    scale: float,
+    group: range,
+    wanted: list[int],
+    suffix: str,
+    wanted_version: str,
+) -> list[int]:
+    """On a worker: make and store the wanted frames of a group."""
+    if version() != wanted_version:
+        raise ValueError(f"a worker has chrmc {version()}, not {wanted_version}: install the same")
+    if not (Path(folder) / MANIFEST).exists():
+        raise FileNotFoundError(f"a worker does not see {folder}: it must be a shared folder")
+    recipe, options = _loaded(folder, digest)
+    with same_arithmetic():
+        return list(make_group(recipe, Path(folder), scale, group, wanted, suffix, options))
+
+
+@lru_cache(maxsize=1)
+def _loaded(folder: str, digest: str) -> tuple[Recipe, dict[str, Any]]:
+    """The run's recipe and its methods' options, with a cache that is kept on this worker."""
+    import cloudpickle
+
+    content = (Path(folder) / RECIPE).read_bytes()
+    if hashlib.sha256(content).hexdigest() != digest:
+        raise ValueError(f"{Path(folder) / RECIPE} is not this run's")
+    recipe, paths = cloudpickle.loads(content)
+    sys.path.extend(path for path in paths if path not in sys.path)
+    recipe = cloudpickle.loads(recipe)
+    return recipe, method_named(recipe.cgh).with_cache(recipe.options)
+
+
+@contextmanager
+def _recipe_file(recipe: Recipe, folder: Path) -> Iterator[str]:
+    """The recipe in the shared folder; its SHA-256, so that no other is taken for it.
+
+    What comes from Python files of the user's goes along by value: workers need no such file.
+    """
+    import cloudpickle
+
+    if is_python_name(recipe.cgh):
+        recipe = replace(recipe, cgh=method_named(recipe.cgh))
+    if is_python_name(recipe.compensation):
+        recipe = replace(recipe, compensation=compensation_named(recipe.compensation))
+    own = [module for name, module in sys.modules.items() if name.startswith(MODULE_PREFIX)]
+    for module in own:
+        cloudpickle.register_pickle_by_value(module)
+    try:
+        inner = cloudpickle.dumps(recipe)
+    finally:
+        for module in own:
+            cloudpickle.unregister_pickle_by_value(module)
+    paths = [str(Path(module.__file__).parent) for module in own if module.__file__]
+    content = cloudpickle.dumps((inner, paths))
+    path = folder / RECIPE
+    with replacing(path) as partial:
+        partial.write_bytes(content)
+    try:
+        yield hashlib.sha256(content).hexdigest()
+    finally:
+        path.unlink(missing_ok=True)
+
+
+@contextmanager
+def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
+    """A client of the running cluster, or of one on this machine that ends with it."""
+    try:
+        from distributed import Client, LocalCluster
+    except ImportError:
+        raise OSError("--workers and --scheduler need: pip install 'chrmc[cluster]'") from None
+    names = [n for n in logging.root.manager.loggerDict if n.split(".")[0] == "distributed"]
+    levels = {name: logging.getLogger(name).level for name in names}
+    for name in names:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # what matters is told in one line
+    try:
+        yield from _connected(Client, LocalCluster, workers, scheduler)
+    finally:
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)
+
+
+def _connected(
+    Client: Any, LocalCluster: Any, workers: int | None, scheduler: str | None
+) -> Iterator[Any]:
+    if workers is not None and scheduler is not None:
+        raise ValueError("--workers starts a cluster, --scheduler uses a running one: give one")
+    if scheduler is not None:
+        client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
+        try:
+            if not client.scheduler_info()["workers"]:
+                raise OSError(f"{scheduler} has no workers: start some with `dask worker`")
+            yield client
+        finally:
+            client.close(timeout=_CONNECT)
+        return
+    count = WORKERS.of(workers)
+    # Each worker uses its share of the cores.
+    share = {THREADS: str(max(1, cores() // count))}
+    with (
+        LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+            env=share,
+            memory_limit=0,
+        ) as cluster,
+        Client(cluster, timeout=_CONNECT, set_as_default=False) as client,
+    ):
+        yield client
+
+
+def _told(task: Any) -> str:
+    """Why a task failed, in one line."""
+    error = task.exception() if task.status == "error" else None
+    if error is None:
+        return "its worker was lost"
+    return " ".join(str(error).split())[:200] or type(error).__name__
+
+
+def version() -> str:
+    """Of chrmc, as client and workers compare it."""
+    from chrmc import __version__
+
+    return __version__
