@@ -180,6 +180,7 @@ class _Seen:
         self._buffer = _buffer(self._surfaces)[0] if self._surfaces else None
         rng = np.random.default_rng([cast.seed, 2])
         self._threshold = {name: rng.uniform(size=len(c)) for name, c in clouds.items()}
+        self._pixel = _pixel(cast, self._surfaces) if self._surfaces else 1.0
         self._masks = lru_cache(maxsize=KEPT_FRAMES)(self._find)
 
     def mask(self, name: str, number: int) -> NDArray[np.bool_]:
@@ -198,7 +199,7 @@ class _Seen:
                     f"frame {number}: a surface reaches to or behind the hologram (smallest z "
                     f"{corners[:, 2].min() * 1e3:.4g} mm): move it to z > 0"
                 )
-            view = _View.on(corners, self._cast.spacing)
+            view = _View.on(corners, self._pixel)
             depth, _ = self._buffer.draw(view.place(corners), view.shape)
         return {name: self._seen(name, poses[name], view, depth) for name in self._clouds}
 
@@ -235,16 +236,21 @@ class _View:
     shape: tuple[int, int]
 
     @classmethod
-    def on(cls, world: NDArray[np.float64], spacing: float) -> "_View":
-        """The window that holds (V, 3) positions, with pixels finer than the spacing."""
+    def on(cls, world: NDArray[np.float64], pixel: float) -> "_View":
+        """The window that holds (V, 3) positions, its pixels on a grid that all frames share.
+
+        What stands still is drawn alike in every frame then, and shows the same points.
+        """
         seen = _perspective(world)
         low, high = seen.min(axis=0), seen.max(axis=0)
         margin = 1e-6 * np.abs(high - low) + np.array([1e-9, 1e-9, 1e-9 * abs(high[2])])
-        pixel = spacing / PIXELS_PER_SPACING / world[:, 2].mean()
-        count = np.clip(np.ceil((high - low)[:2] / pixel), 16, MOST_PIXELS).astype(int)
+        low, high = low - margin, high + margin
+        first = np.floor(low[:2] / pixel)
         # In steps, so that frames of nearly equal size share one picture on the GPU.
-        width, height = (int(n) for n in 64 * np.ceil(count / 64))
-        return cls(low - margin, high + margin, (height, width))
+        count = 64 * np.ceil((high[:2] / pixel - first) / 64)
+        low[:2], high[:2] = first * pixel, (first + count) * pixel
+        width, height = (int(n) for n in count)
+        return cls(low, high, (height, width))
 
     def place(self, world: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N, 3) positions as x, y and depth from −1 to 1; the nearest depth is −1."""
@@ -262,6 +268,25 @@ class _View:
             for k, n in ((0, width), (1, height))
         )
         return ~inside | (place[:, 2] <= depth[row, column] + SLACK)
+
+
+def _pixel(cast: Cast, surfaces: Mapping[str, Surface]) -> float:
+    """Side of the z-buffer's pixels in x/z: finer than the spacing where no frame is too large."""
+    largest = farthest = 0.0
+    hulls = {
+        name: np.array([s.vertices.min(axis=0), s.vertices.max(axis=0)])
+        for name, s in surfaces.items()
+    }
+    corners = {
+        name: hull[np.indices((2, 2, 2)).reshape(3, -1).T, np.arange(3)]
+        for name, hull in hulls.items()
+    }
+    for number in range(1, cast.frame_count + 1):
+        world = np.concatenate([cast.pose(n, number).apply(c) for n, c in corners.items()])
+        farthest = max(farthest, float(world[:, 2].max()))
+        side = np.ptp(world[:, :2] / np.maximum(world[:, 2:], 1e-6), axis=0).max()
+        largest = max(largest, float(side))
+    return max(cast.spacing / PIXELS_PER_SPACING / farthest, largest / (MOST_PIXELS - 128))
 
 
 def _perspective(world: NDArray[np.float64]) -> NDArray[np.float64]:

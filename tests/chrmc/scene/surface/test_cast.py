@@ -129,3 +129,15 @@ def test_behind_the_hologram_is_refused() -> None:
     cast = Cast("ball", {"ball": from_solid(ball(5e-4))}, {"ball": at(1e-4)}, SPACING)
     with pytest.raises(ValueError, match="behind the hologram"):
         cast.points().frame(1)
+
+
+def test_what_stands_still_shows_the_same_points_beside_what_moves() -> None:
+    house, car = (from_solid(actors("car-house")[name].solid) for name in ("house", "car"))
+    poses = {
+        "house": at(0.264),
+        "car": tuple(at(0.25 + 1e-4 * k, 0.1 * k, 3e-3)[0] for k in range(4)),
+    }
+    scene = Cast("pair", {"house": house, "car": car}, poses, SPACING).points()
+    first, *others = (scene.frame(n).objects for n in (1, 2, 3, 4))
+    assert all(np.array_equal(o[0].ids, first[0].ids) for o in others)
+    assert any(not np.array_equal(o[1].ids, first[1].ids) for o in others)
