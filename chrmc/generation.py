@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from chrmc.cgh import Method, method_named
 from chrmc.compensation import VideoMethod
 from chrmc.compensation.frame import VideoFrame
+from chrmc.light_map import LightMap
 from chrmc.lock import writer_lock
 from chrmc.optics.footprint import coverage
 from chrmc.progress import progress
@@ -309,8 +310,8 @@ def measured_error(frame: VideoFrame, recipe: Recipe) -> float | None:
 
 
 def with_boxes(frame: VideoFrame, recipe: Recipe) -> None:
-    """Add to each object's entry its visible points' bounding box, metres, their number, and the
-    mean share of the panel that their footprints cover."""
+    """Add to each object's entry its visible points' bounding box, metres, their number, the mean
+    share of the panel that their footprints cover, and the map of its light that checks use."""
     for entry, thing in zip(frame.record.objects, frame.scene_frame.objects, strict=True):
         cloud = thing.cloud
         if len(cloud):
@@ -321,3 +322,6 @@ def with_boxes(frame: VideoFrame, recipe: Recipe) -> None:
             entry["points"] = len(cloud)
             share = coverage(cloud, recipe.slm, recipe.wavelength, recipe.coding.passband)
             entry["coverage"] = float(share.mean())
+            light = LightMap.of_cloud(cloud, recipe.slm, recipe.wavelength, recipe.coding.passband)
+            if light is not None:
+                entry["light"] = light.as_record()

@@ -17,6 +17,7 @@ is flat, and that is how it is told.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import sqrt
 
 import numpy as np
@@ -87,8 +88,48 @@ def focus_curve(stack: FocalStack, metric: str = "variance") -> NDArray[np.float
     return np.array([measure(plane) for plane in stack.intensity])
 
 
-def tile_moments(stack: FocalStack, tile: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(D, m, n) ΣI and ΣI² over tiles of `tile` × `tile` samples; what is left over is dropped."""
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """A focal stack in square tiles.
+
+    depths : (D,) metres
+    light, square : (D, m, n) ΣI and ΣI² of each tile, as equal points would show
+    """
+
+    depths: NDArray[np.float64]
+    light: NDArray[np.float64]
+    square: NDArray[np.float64]
+
+    @cached_property
+    def sharpness(self) -> NDArray[np.float64]:
+        """(D, m, n) ΣI²/(ΣI)²; 0 for darkness."""
+        floor = float(self.light.mean()) * 1e-9 + 1e-150
+        found: NDArray[np.float64] = self.square / (self.light + floor) ** 2
+        return found
+
+    @cached_property
+    def best(self) -> NDArray[np.intp]:
+        """(m, n) index of the depth at which each tile is sharpest."""
+        return self.sharpness.argmax(axis=0)
+
+    @cached_property
+    def depth(self) -> NDArray[np.float64]:
+        """(m, n) that depth, refined; NaN where a tile has no peak."""
+        shape = self.best.shape
+        found = [refine_peak(self.depths, self.sharpness[:, i, j]) for i, j in np.ndindex(*shape)]
+        return np.array(found).reshape(shape)
+
+    @cached_property
+    def focused_light(self) -> NDArray[np.float64]:
+        """(m, n) light of each tile where it is sharpest."""
+        return np.take_along_axis(self.light, self.best[None], axis=0)[0]
+
+
+def cells_of(stack: FocalStack, tile: int, brightness: NDArray[np.float64] | None = None) -> Cells:
+    """Tiles of `tile` × `tile` samples; what is left over is dropped.
+
+    brightness : (2, h, w) how bright equal points look at the first and the last depth
+    """
     count, height, width = stack.intensity.shape
     tile = max(1, min(tile, height, width))
     m, n = height // tile, width // tile
@@ -97,7 +138,16 @@ def tile_moments(stack: FocalStack, tile: int) -> tuple[NDArray[np.float64], NDA
         blocks = plane[: m * tile, : n * tile].astype(np.float64).reshape(m, tile, n, tile)
         first[:] = blocks.sum(axis=(1, 3))
         second[:] = (blocks * blocks).sum(axis=(1, 3))
-    return light, square
+    if brightness is not None:
+        near, far = (
+            b[: m * tile, : n * tile].reshape(m, tile, n, tile).mean(axis=(1, 3))
+            for b in brightness
+        )
+        for i, way in enumerate(np.linspace(0, 1, count)):
+            even = near + way * (far - near)
+            light[i] /= even
+            square[i] /= even**2
+    return Cells(stack.depths, light, square)
 
 
 def find_focus(
@@ -165,18 +215,8 @@ def _focus_of_tiles(stack: FocalStack, tile: int, brightness: NDArray[np.float64
     depths = stack.depths
     if len(depths) < 5:
         raise ValueError(f"a focus needs 5 depths or more, not {len(depths)}")
-    light, square = tile_moments(stack, tile)
-    if brightness is not None:
-        m, n = light.shape[1:]
-        side = max(1, min(tile, *stack.patch.shape))
-        near, far = (
-            b[: m * side, : n * side].reshape(m, side, n, side).mean(axis=(1, 3))
-            for b in brightness
-        )
-        for i, way in enumerate(np.linspace(0, 1, len(depths))):
-            even = near + way * (far - near)
-            light[i] /= even
-            square[i] /= even**2
+    cells = cells_of(stack, tile, brightness)
+    light, sharpness = cells.light, cells.sharpness
     total = float(light.sum())
     nowhere = (float("nan"), float("nan"))
     if not total > 0:
@@ -185,16 +225,9 @@ def _focus_of_tiles(stack: FocalStack, tile: int, brightness: NDArray[np.float64
         return Focus(
             nan, nan, nan, nan, nowhere, depths, np.zeros(len(depths)), dark * nan, dark, False
         )
-    floor = total / light.size * 1e-9
-    sharpness = square / (light + floor) ** 2
     mean_light = light.mean(axis=0)
     curve = np.einsum("dmn,mn->d", sharpness, mean_light) / mean_light.sum()
-    shape = light.shape[1:]
-    tile_depth = np.array(
-        [refine_peak(depths, sharpness[:, i, j]) for i, j in np.ndindex(*shape)]
-    ).reshape(shape)
-    best = sharpness.argmax(axis=0)
-    tile_light = np.take_along_axis(light, best[None], axis=0)[0]
+    tile_depth, tile_light, best = cells.depth, cells.focused_light, cells.best
     seen = np.isfinite(tile_depth) & (tile_light >= DARK * tile_light.max())
     if not seen.any():
         nan = float("nan")

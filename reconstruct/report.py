@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from chrmc.files import replacing
-from reconstruct.verdict import FrameVerdict
+from reconstruct.verdict import FrameVerdict, ObjectVerdict
 
 Verdicts = Sequence[FrameVerdict]
 
@@ -22,12 +22,14 @@ def _figure(value: float | None, form: str) -> str:
 def table(verdicts: Verdicts) -> Iterator[str]:
     """Lines of a table: an object of a frame in each, then the verdict."""
     shown = [o for v in verdicts for o in v.objects]
+    shapes = any(o.shape is not None for o in shown)
     truth = any(o.psnr is not None for o in shown)
     head = (
         f"{'frame':>5}  {'object':<10} {'expected':>9} {'found':>9} {'error':>8} "
         f"{'lateral':>8} {'front':>9} {'rear':>9} {'contrast':>8} {'SNR':>6} {'speckle':>7}"
     )
-    yield head + (f" {'PSNR':>6} {'SSIM':>6}" if truth else "")
+    shape_head = f" {'alike':>6} {'relief':>6}" if shapes else ""
+    yield head + (f" {'PSNR':>6} {'SSIM':>6}" if truth else "") + shape_head
     unit = f"{'':>5}  {'':<10} {'mm':>9} {'mm':>9} {'µm':>8} {'µm':>8} {'mm':>9} {'mm':>9} {'':>8} "
     yield unit + f"{'dB':>6} {'':>7}" + (f" {'dB':>6} {'':>6}" if truth else "")
     for verdict in verdicts:
@@ -44,12 +46,28 @@ def table(verdicts: Verdicts) -> Iterator[str]:
             )
             if truth:
                 line += f" {_figure(o.psnr, '.1f'):>6} {_figure(o.ssim, '.4f'):>6}"
-            yield line + ("" if o.passed else f"  FAILS: {reason(o)}")
+            if shapes:
+                line += " " + _shape(o)
+            yield line + ("" if o.passed else f"  FAILS: {', '.join(o.faults)}")
+        for fault in verdict.faults:
+            yield f"{verdict.number:>5}  FAILS: {fault}"
     bad = sum(not o.passed for o in shown)
+    noisy = sum(bool(v.faults) for v in verdicts)
+    if noisy:
+        yield f"{noisy} of {len(verdicts)} frames are noise for the most part"
     if bad:
-        yield f"{bad} of {len(shown)} objects are not in focus where the scene says"
-    else:
-        yield f"all {len(shown)} objects are in focus where the scene says"
+        yield f"{bad} of {len(shown)} objects are not in focus where the scene says, or not alike"
+    elif not noisy:
+        alike = " and look like it" if all(o.shape and o.shape.told for o in shown) else ""
+        yield f"all {len(shown)} objects are in focus where the scene says{alike}"
+
+
+def _shape(judged: ObjectVerdict) -> str:
+    """Likeness and relief, blank where they cannot be judged."""
+    shape = judged.shape
+    if shape is None or not shape.told:
+        return f"{'':>6} {'':>6}"
+    return f"{shape.picture:>6.2f} {format(shape.relief, '.1f') if shape.relief_known else '':>6}"
 
 
 def metric_table(verdicts: Verdicts) -> Iterator[str]:
@@ -62,24 +80,17 @@ def metric_table(verdicts: Verdicts) -> Iterator[str]:
             yield f"{verdict.number:>5}  {o.name:<10.10} " + " ".join(f"{v:>+10.0f}" for v in off)
 
 
-def reason(judged: Any) -> str:
-    """Why an object fails, in a few words."""
-    if not judged.focus.focused:
-        return "nothing comes into focus there"
-    found = []
-    if not abs(judged.depth_error) <= judged.depth_tolerance:
-        found.append(f"depth is {judged.depth_error * 1e3:+.2f} mm off")
-    if not hypot(*judged.lateral_error) <= judged.lateral_tolerance:
-        found.append(f"{hypot(*judged.lateral_error) * 1e6:.0f} µm off sideways")
-    return ", ".join(found)
-
-
 def as_dict(verdicts: Verdicts) -> dict[str, Any]:
     """Everything for JSON."""
     return {
         "passed": all(v.passed for v in verdicts),
         "frames": [
-            {"number": v.number, "passed": v.passed, "objects": [o.as_dict() for o in v.objects]}
+            {
+                "number": v.number,
+                "passed": v.passed,
+                "light": v.light,
+                "objects": [o.as_dict() for o in v.objects],
+            }
             for v in verdicts
         ],
     }

@@ -12,12 +12,15 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chrmc.optics.footprint import expected_power, reach
+from chrmc.optics.footprint import expected_power
 from chrmc.optics.passband import Passband
-from chrmc.optics.propagation import Patch, Propagator, soft_edge, spread
+from chrmc.optics.propagation import Patch, Propagator, cycles_to_phasor, soft_edge, spread
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from reconstruct.four_f_system import intensity
+
+FAR = 4
+"""A region whose surroundings would take more grids of the panel's size than this is far away."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,17 +40,6 @@ class FocalStack:
     def step(self) -> float:
         """Metres between depths."""
         return float(self.depths[1] - self.depths[0]) if len(self.depths) > 1 else 0.0
-
-
-def depth_of_focus(
-    slm: SLM, wavelength: float, depth: float, passband: Passband
-) -> tuple[float, float]:
-    """2λ(z/A)² in (y, x), metres: A is the SLM's side or a footprint's, whichever is smaller."""
-    found = []
-    for count, f_max in ((slm.height, passband.fy_max), (slm.width, passband.fx_max)):
-        aperture = min(count * slm.pixel_pitch, 2 * depth * reach(wavelength, f_max))
-        found.append(2 * wavelength * (depth / aperture) ** 2)
-    return found[0], found[1]
 
 
 def brightness(
@@ -138,6 +130,8 @@ def focal_planes(
     rows, columns = (
         ceil(n * region.pitch / p) + 2 * m for n, m in zip(region.shape, margins, strict=True)
     )
+    if rows * columns > FAR * max(field.size, 1 << 18):
+        return FocalStack(z, _far_planes(field, slm, wavelength, z, region), region)
     wide = Patch(region.centre, (rows, columns), p)
     there = Propagator(slm.shape, p, wavelength, float(middle), wide, band, keep=0)(
         field, -float(middle)
@@ -148,6 +142,43 @@ def focal_planes(
     spectrum = near.spectrum(there)
     for depth in z:
         yield intensity(near.at(spectrum, -(float(depth) - float(middle))))
+
+
+def _far_planes(
+    field: NDArray[np.complex64],
+    slm: SLM,
+    wavelength: float,
+    depths: NDArray[np.float64],
+    region: Patch,
+) -> NDArray[np.float32]:
+    """Intensities of a region far from the panel, straight from the field.
+
+    |Σ U₀·exp(−ikr)|²·(p²/λz)², the distance r to a sample expanded about the region's centre: the
+    sphere about that is taken off the field exactly, the rest is linear in the sample's place, and
+    the other depths' difference is paraxial. So a depth is two matrix products. The terms left out
+    stay below (A·s/2z²)²·k·z/2 radians for samples s from the centre and a panel of side A.
+    """
+    p, k = slm.pixel_pitch, 2 * np.pi / wavelength
+    middle = float(depths.mean())
+    (cy, cx), (sy, sx) = region.centre, region.coordinates()
+    y, x = slm.y() - cy, slm.x() - cx
+    rho = y[:, None] ** 2 + x[None, :] ** 2
+    flat = field * cycles_to_phasor(-rho / (np.sqrt(rho + middle**2) + middle) / wavelength)
+    out = np.empty((len(depths), *region.shape), dtype=np.float32)
+    for plane, depth in zip(out, depths, strict=True):
+        far = float(np.sqrt(depth**2 + cy**2 + cx**2))
+        rows, columns = (
+            cycles_to_phasor(
+                (
+                    np.outer(samples - centre, pixels) * (1 / far)
+                    - pixels**2 / 2 * (1 / depth - 1 / middle)
+                )
+                / wavelength
+            )
+            for samples, centre, pixels in ((sy, cy, y), (sx, cx, x))
+        )
+        plane[:] = intensity((rows @ flat) @ columns.T) * (p**2 * k / (2 * np.pi * depth)) ** 2
+    return out
 
 
 def all_in_focus(

@@ -1,29 +1,30 @@
 """Is every object in focus where the scene says? Figures per object, and pass or fail."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from math import hypot
+from dataclasses import dataclass, field, replace
+from math import ceil, hypot
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from chrmc.light_map import LightMap
 from chrmc.metrics import psnr, ssim
 from chrmc.optics.propagation import Patch
+from chrmc.optics.resolution import depth_of_focus, resolution
+from chrmc.scene.points import PointCloud
 from reconstruct import metrics
-from reconstruct.focus import Focus, find_focus, focus_curve, refine_peak
+from reconstruct.focus import Focus, cells_of, find_focus, focus_curve, refine_peak
 from reconstruct.focus_metrics import METRICS
-from reconstruct.four_f_system import FourF
-from reconstruct.stack import (
-    FocalStack,
-    brightness,
-    depth_of_focus,
-    focal_stack,
-    patch_around,
-)
+from reconstruct.four_f_system import FourF, power
+from reconstruct.likeness import SHARP, Likeness, compare, light_of
+from reconstruct.stack import FocalStack, brightness, focal_stack, patch_around
 
 DEPTH_TOLERANCE = 0.5e-3
 """Metres between found and expected depth that pass."""
+OWN_LIGHT = 0.3
+"""Least share of the light that is the objects' own: with less, noise has twice theirs and more."""
+MOST_DEPTHS = 160
 FALLBACK_SIZE = 1e-3
 """Half-width of the region around an object whose extent the video does not tell, metres."""
 
@@ -34,18 +35,25 @@ class Target:
 
     position : (3,) intensity-weighted mean of the visible points, metres
     low, high : (3,) and (3,) corners of the visible points' box, metres
+    light : map of the visible points' light, where the video tells it
     """
 
     name: str
     position: NDArray[np.float64]
     low: NDArray[np.float64]
     high: NDArray[np.float64]
+    light: LightMap | None = None
 
     @classmethod
-    def of_points(cls, name: str, positions: ArrayLike, intensity: ArrayLike) -> "Target":
-        """From (N, 3) points and their (N,) intensities."""
-        p, w = np.asarray(positions, dtype=np.float64), np.asarray(intensity, dtype=np.float64)
-        return cls(name, w @ p / w.sum(), p.min(axis=0), p.max(axis=0))
+    def of_cloud(cls, name: str, cloud: PointCloud, system: FourF | None = None) -> "Target | None":
+        """From an object's visible points; with a system, with their map of light. None for an
+        object without light."""
+        if not cloud.amplitude.any():
+            return None
+        p, light = cloud.positions, None
+        if system is not None:
+            light = LightMap.of_cloud(cloud, system.slm, system.wavelength, system.band)
+        return cls(name, cloud.centroid, p.min(axis=0), p.max(axis=0), light)
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> "Target | None":
@@ -58,19 +66,22 @@ class Target:
             low, high = position - FALLBACK_SIZE, position + FALLBACK_SIZE
         else:
             low, high = (np.asarray(corner, dtype=np.float64) for corner in box)
-        return cls(str(record["name"]), position, low, high)
+        told = record.get("light")
+        light = None if told is None else LightMap.from_record(told)
+        return cls(str(record["name"]), position, low, high, light)
 
 
 @dataclass(frozen=True, eq=False)
 class ObjectVerdict:
     """What was found of one object. Lengths in metres, errors found − expected.
 
-    passed : focused, depth and lateral errors within tolerance
     focus : depth, front and rear, curve, tiles
-    depth_error : of the intensity-weighted mean depth
+    depth_error : of the cells of the scene's map together, else of the intensity-weighted mean
     lateral_error : (x, y) of the centroid
+    depth_tolerance, lateral_tolerance : what it is held against, metres
+    shape : against the scene's map of light; None where the video has none
+    light : share of the frame's light that is this object's; None where the video has no map
     contrast, snr (dB), speckle_contrast : at the found depth (`reconstruct.metrics`)
-    depth_tolerance, lateral_tolerance : what it was held against, metres
     psnr (dB), ssim : against the reconstruction of the truth; None when that was not asked for
     metric_depths : where published metrics of the whole region peak, when asked for; they lean
         towards where points crowd, and do not count for `passed`
@@ -81,15 +92,33 @@ class ObjectVerdict:
     focus: Focus
     depth_error: float
     lateral_error: tuple[float, float]
-    passed: bool
-    contrast: float
-    snr: float
-    speckle_contrast: float
     depth_tolerance: float
     lateral_tolerance: float
+    shape: Likeness | None = None
+    light: float | None = None
+    contrast: float = float("nan")
+    snr: float = float("nan")
+    speckle_contrast: float = float("nan")
     psnr: float | None = None
     ssim: float | None = None
     metric_depths: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def passed(self) -> bool:
+        """In focus where the scene says, and shaped as the scene says as far as can be told."""
+        return not self.faults
+
+    @property
+    def faults(self) -> list[str]:
+        """What is wrong, each in a few words."""
+        if not self.focus.focused:
+            return ["nothing comes into focus there"]
+        found = []
+        if not abs(self.depth_error) <= self.depth_tolerance:
+            found.append(f"depth is {self.depth_error * 1e3:+.2f} mm off")
+        if not hypot(*self.lateral_error) <= self.lateral_tolerance:
+            found.append(f"{hypot(*self.lateral_error) * 1e6:.0f} µm off sideways")
+        return found + (self.shape.faults if self.shape is not None else [])
 
     def as_dict(self) -> dict[str, Any]:
         """Plain figures for JSON; what was not found is null."""
@@ -106,12 +135,15 @@ class ObjectVerdict:
             "position_expected": [float(v) for v in self.target.position[:2]],
             "position": list(self.focus.position),
             "lateral_error": list(self.lateral_error),
+            "light": self.light,
             "contrast": self.contrast,
             "snr": self.snr,
             "speckle_contrast": self.speckle_contrast,
+            "shape": None if self.shape is None else self.shape.as_dict(),
+            "faults": self.faults,
             "psnr": self.psnr,
             "ssim": self.ssim,
-            "metric_depths": {k: _finite(v) for k, v in self.metric_depths.items()},
+            "metric_depths": self.metric_depths,
             "curve": {
                 "depths": self.focus.depths.tolist(),
                 "sharpness": self.focus.curve.tolist(),
@@ -122,19 +154,38 @@ class ObjectVerdict:
 
 @dataclass(frozen=True)
 class FrameVerdict:
-    """All objects of one frame; an empty frame passes."""
+    """All objects of one frame; an empty frame passes.
+
+    least_light : share of the light that must be the objects', where that is known
+    """
 
     number: int
     objects: list[ObjectVerdict] = field(default_factory=list)
+    least_light: float = 0.0
 
     @property
     def passed(self) -> bool:
-        """Every object is in focus where the scene says."""
-        return all(o.passed for o in self.objects)
+        """Every object is in focus where the scene says, and most of the light is theirs."""
+        return all(o.passed for o in self.objects) and not self.faults
+
+    @property
+    def light(self) -> float | None:
+        """Share of the light that belongs to the objects; None where it cannot be told."""
+        shares = [o.light for o in self.objects if o.light is not None]
+        return sum(shares) if shares and len(shares) == len(self.objects) else None
+
+    @property
+    def faults(self) -> list[str]:
+        """What is wrong with the frame as a whole."""
+        if self.light is None or self.light >= self.least_light:
+            return []
+        return [f"only {self.light:.0%} of the light belongs to the objects: noise"]
 
 
 def _finite(value: Any) -> Any:
     """JSON has no NaN and no infinity."""
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
     if isinstance(value, list):
         return [_finite(v) for v in value]
     if isinstance(value, float) and not np.isfinite(value):
@@ -152,7 +203,7 @@ def search_range(target: Target, system: FourF) -> NDArray[np.float64]:
     coarse, fine = search_scale(target, system)
     before, behind = max(3.6 * coarse, (high - low) / 2), max(4.4 * coarse, (high - low) / 2)
     first = max(low - before, low / 2)
-    count = int(np.clip(np.ceil((high + behind - first) / (fine / 2)), 20, 400)) + 1
+    count = int(np.clip(np.ceil((high + behind - first) / (fine / 2)), 20, MOST_DEPTHS)) + 1
     return np.linspace(first, high + behind, count)
 
 
@@ -165,14 +216,27 @@ def search_scale(target: Target, system: FourF) -> tuple[float, float]:
 
 def target_stack(
     field_: NDArray[np.complex64], system: FourF, target: Target, pixel_pitch: float
-) -> tuple[FocalStack, int]:
-    """Focal stack of a target's region, and the side of its tiles: two scene pixels, in samples."""
+) -> tuple[FocalStack, int, int]:
+    """Focal stack of a target's region, and in samples the side of the focus's tiles (two scene
+    pixels, three resolutions at least) and of the cells of its map of light.
+
+    Samples are the SLM's pixels, or half the resolution where that is coarser.
+    """
     p = system.slm.pixel_pitch
-    tile = max(4, round(2 * pixel_pitch / p))
-    patch = patch_around(target.low, target.high, p, margin=tile * p, even=tile)
+    fine = resolution(system.slm, system.wavelength, float(target.position[2]), system.band)
     depths = search_range(target, system)
+    light = target.light
+    cell = light.cell if light is not None else p * ceil(max(2 * pixel_pitch, 3 * max(fine)) / p)
+    parts = max(4, round(cell / max(p, min(fine) / 2)))
+    pitch = cell / parts
+    tile = max(4, round(max(2 * pixel_pitch, 3 * float(np.mean(fine))) / pitch))
+    if light is None:
+        patch = patch_around(target.low, target.high, pitch, margin=tile * pitch, even=tile)
+    else:
+        rows, columns = light.light.shape
+        patch = Patch(light.centre, (rows * parts, columns * parts), pitch)
     stack = focal_stack(field_, system.slm, system.wavelength, depths, patch, system.band)
-    return stack, tile
+    return stack, tile, parts
 
 
 def judge_object(
@@ -180,7 +244,7 @@ def judge_object(
     system: FourF,
     target: Target,
     pixel_pitch: float,
-    depth_tolerance: float = DEPTH_TOLERANCE,
+    depth_tolerance: float | None = None,
     lateral_tolerance: float | None = None,
     truth: NDArray[np.complexfloating] | None = None,
     with_metrics: bool = False,
@@ -188,59 +252,79 @@ def judge_object(
     """Verdict on one object from a decoded field.
 
     field_ : (H, W) from `system.field(frame)`
-    pixel_pitch : of the scene, metres; the lateral tolerance unless one is given
+    pixel_pitch : of the scene, metres
+    depth_tolerance : metres, default 0.5 mm, or half the depth of focus where that is more
+    lateral_tolerance : metres, default a scene pixel, or a resolution where that is more
     truth : (H, W) field of the scene itself, for PSNR and SSIM
     with_metrics : also find where published focus metrics peak
     """
-    stack, tile = target_stack(field_, system, target, pixel_pitch)
+    total = power(field_)
+    stack, tile, parts = target_stack(field_, system, target, pixel_pitch)
     x, y, z = (float(v) for v in target.position)
     ends = (float(stack.depths[0]), float(stack.depths[-1]))
     lit_by = brightness(stack.patch, system.slm, system.wavelength, ends, system.band)
-    # λz/A, from the depths of focus 2λ(z/A)² of both axes.
-    sizes = np.sqrt(np.array(search_scale(target, system)) * system.wavelength / 2)
-    grain = max(1.0, float(sizes.mean()) / system.slm.pixel_pitch)
-    focus = find_focus(stack, tile, lit_by, grain)
+    fine = float(np.mean(resolution(system.slm, system.wavelength, z, system.band)))
+    coarse = search_scale(target, system)[0]
+    focus = find_focus(stack, tile, lit_by, max(1.0, fine / stack.patch.pitch))
+    shape, share = None, None
+    if target.light is not None:
+        shape = compare(cells_of(stack, parts, lit_by), target.light, coarse)
+        if shape.sharpness >= SHARP:
+            focus = replace(focus, depth=z + shape.depth_error, focused=True, method="cells")
     depth_error = focus.depth - z
+    if target.light is not None and total > 0:
+        light = light_of(cells_of(stack, parts), target.light, np.nan_to_num(depth_error))
+        share = light * (stack.patch.pitch / system.slm.pixel_pitch) ** 2 / total
     lateral = (focus.position[0] - x, focus.position[1] - y)
-    allowed = pixel_pitch if lateral_tolerance is None else lateral_tolerance
-    passed = focus.focused and abs(depth_error) <= depth_tolerance and hypot(*lateral) <= allowed
-    shown = focus.depth if np.isfinite(focus.depth) else z
-    plane = stack.intensity[int(np.argmin(np.abs(stack.depths - shown)))]
-    lit = inside(stack.patch, target)
-    likeness: dict[str, float] = {}
-    if truth is not None:
-        one = np.array([stack.depths[int(np.argmin(np.abs(stack.depths - shown)))]])
-        true_plane = focal_stack(
-            np.asarray(truth, dtype=np.complex64),
-            system.slm,
-            system.wavelength,
-            one,
-            stack.patch,
-            system.band,
-        ).intensity[0]
-        level = plane * metrics.scale_to(plane, true_plane)
-        likeness = {
-            "psnr": psnr(level, true_plane),
-            "ssim": ssim(level, true_plane),
-        }
-    peaks: dict[str, float] = {}
-    if with_metrics:
-        peaks = {n: refine_peak(stack.depths, focus_curve(stack, n)) for n in METRICS}
-    return ObjectVerdict(
+    if shape is not None and shape.told:
+        lateral = shape.lateral_error
+    found = ObjectVerdict(
         target.name,
         target,
         focus,
         depth_error,
         lateral,
-        bool(passed),
-        contrast=metrics.contrast(plane, lit, ~lit),
-        snr=metrics.snr(plane, lit, ~lit),
-        speckle_contrast=metrics.speckle_contrast(plane, lit),
-        depth_tolerance=depth_tolerance,
-        lateral_tolerance=allowed,
-        metric_depths=peaks,
-        **likeness,
+        depth_tolerance=max(DEPTH_TOLERANCE, coarse / 2)
+        if depth_tolerance is None
+        else depth_tolerance,
+        lateral_tolerance=max(pixel_pitch, fine)
+        if lateral_tolerance is None
+        else lateral_tolerance,
+        shape=shape,
+        light=share,
     )
+    return replace(found, **_figures(found, stack, system, truth, with_metrics))
+
+
+def _figures(
+    found: "ObjectVerdict",
+    stack: FocalStack,
+    system: FourF,
+    truth: NDArray[np.complexfloating] | None,
+    with_metrics: bool,
+) -> dict[str, Any]:
+    """What the picture at the found depth measures."""
+    target, depth = found.target, found.focus.depth
+    shown = depth if np.isfinite(depth) else float(target.position[2])
+    index = int(np.argmin(np.abs(stack.depths - shown)))
+    plane, lit = stack.intensity[index], inside(stack.patch, target)
+    figures: dict[str, Any] = {
+        "contrast": metrics.contrast(plane, lit, ~lit),
+        "snr": metrics.snr(plane, lit, ~lit),
+        "speckle_contrast": metrics.speckle_contrast(plane, lit),
+    }
+    if truth is not None:
+        field_ = np.asarray(truth, dtype=np.complex64)
+        at = stack.depths[[index]]
+        true_plane = focal_stack(
+            field_, system.slm, system.wavelength, at, stack.patch, system.band
+        ).intensity[0]
+        level = plane * metrics.scale_to(plane, true_plane)
+        figures |= {"psnr": psnr(level, true_plane), "ssim": ssim(level, true_plane)}
+    if with_metrics:
+        peaks = {n: refine_peak(stack.depths, focus_curve(stack, n)) for n in METRICS}
+        figures["metric_depths"] = peaks
+    return figures
 
 
 def inside(patch: Patch, target: Target) -> NDArray[np.bool_]:
@@ -259,7 +343,7 @@ def judge_frame(
     pixel_pitch: float,
     number: int = 1,
     truth: NDArray[np.complexfloating] | None = None,
-    depth_tolerance: float = DEPTH_TOLERANCE,
+    depth_tolerance: float | None = None,
     lateral_tolerance: float | None = None,
     with_metrics: bool = False,
 ) -> FrameVerdict:
@@ -280,4 +364,6 @@ def judge_frame(
             )
             for t in targets
         ],
+        # Without a sideband the twin image has half of the light.
+        OWN_LIGHT if system.coding.carrier else OWN_LIGHT / 2,
     )

@@ -59,15 +59,14 @@ def chosen_frames(asked: list[tuple[int, int]] | None, video: Any) -> list[int]:
 @click.option(
     "--depth-tolerance",
     type=Length(OFFSET),
-    default="0.5mm",
-    show_default=True,
-    help="How far a focus may be off.",
+    default=None,
+    help="How far a focus may be off. [0.5mm, or half the depth of focus where that is more]",
 )
 @click.option(
     "--lateral-tolerance",
     type=Length(OFFSET),
     default=None,
-    help="How far an object may be off sideways. [one scene pixel]",
+    help="How far an object may be off sideways. [a scene pixel, or the resolution]",
 )
 @click.option(
     "--truth",
@@ -89,7 +88,7 @@ def chosen_frames(asked: list[tuple[int, int]] | None, video: Any) -> list[int]:
 def command(
     video: Path,
     frames: list[tuple[int, int]] | None,
-    depth_tolerance: float,
+    depth_tolerance: float | None,
     lateral_tolerance: float | None,
     truth: bool,
     scene: str | None,
@@ -100,7 +99,10 @@ def command(
     """Is every object of the video in DIR in focus where the scene says?
 
     Each object's best focus is looked for in the numeric 4-f reconstruction of the 8-bit frames
-    themselves. Exit status 0 when all are where they should be, 1 when not.
+    themselves, and its picture is compared with the scene's map of its light: alike is the
+    correlation of the light per cell, relief the depth found over the depth expected (blank where
+    an object is too small or too shallow to tell). Exit status 0 when all is as it should be, 1
+    when not.
     """
     from chrmc.progress import progress
     from chrmc.response import GreyResponse

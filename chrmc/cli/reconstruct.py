@@ -164,11 +164,12 @@ def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
     import numpy as np
 
     from chrmc.optics.propagation import Patch
+    from chrmc.optics.resolution import depth_of_focus
     from chrmc.progress import progress
     from reconstruct.animation import check_animation, write_animation
     from reconstruct.images import exposure, to_grey, write_image
     from reconstruct.sequence import shrink
-    from reconstruct.stack import FocalStack, all_in_focus, depth_of_focus
+    from reconstruct.stack import FocalStack, all_in_focus
 
     preview = options["preview"]
     if preview is not None:

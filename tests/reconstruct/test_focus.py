@@ -96,7 +96,7 @@ def test_mean_depth_of_a_tilted_plate_wherever_the_search_is_centred(off):
     bright = np.where(cloud.positions[:, 0] > 0.4e-3, np.sqrt(3.0), 1.0)
     cloud = PointCloud(cloud.positions, bright, cloud.phase)
     field, system = show(cloud)
-    target = Target.of_points("plate", cloud.positions, cloud.intensity)
+    target = Target.of_cloud("plate", cloud)
     patch = patch_around(target.low, target.high, P, 80e-6, even=10)
     depths = target.position[2] + off + np.linspace(-4e-3, 4e-3, 41)
     stack = focal_stack(field, SLM_, LAMBDA, depths, patch, system.band)
@@ -126,7 +126,7 @@ def test_a_dense_surface_is_found_by_its_outline_and_texture(tilt):
     stripes = np.floor(plate.positions[:, 0] / 0.16e-3) % 2 == 0
     plate = plate.select(stripes)
     field, system = show(plate)
-    target = Target.of_points("plate", plate.positions, plate.intensity)
+    target = Target.of_cloud("plate", plate)
     patch = patch_around(target.low, target.high, P, 80e-6, even=10)
     depths = np.linspace(0.0465, 0.0545, 41)
     focus = find_focus(focal_stack(field, SLM_, LAMBDA, depths, patch, system.band), 10)
@@ -203,7 +203,7 @@ def test_two_bodies_taken_as_one():
     far = lattice((0.5e-3, -0.2e-3, 0.066), (0.3e-3, 0.3e-3), 50e-6, seed=2)
     cloud = PointCloud.concatenate([near, far])
     field, system = show(cloud)
-    target = Target.of_points("both", cloud.positions, cloud.intensity)
+    target = Target.of_cloud("both", cloud)
     patch = patch_around(target.low, target.high, P, 80e-6, even=10)
     depths = np.linspace(0.0565, 0.0705, 71)
     focus = find_focus(focal_stack(field, SLM_, LAMBDA, depths, patch, system.band), 10)
@@ -220,12 +220,9 @@ def test_the_car_and_the_house_at_full_size(number):
     frame = scene.frame(number)
     band = coding_for("ssb", LC_R_1080).passband
     field = compute_field(frame.cloud, LC_R_1080, LAMBDA, "curved", passband=band)
-    targets = [
-        Target.of_points(o.name, o.cloud.positions, o.cloud.intensity) for o in frame.objects
-    ]
-    verdict = judge_frame(
-        encode(field, LC_R_1080), FourF(LC_R_1080, LAMBDA), targets, scene.pixel_pitch
-    )
+    system = FourF(LC_R_1080, LAMBDA)
+    targets = [Target.of_cloud(o.name, o.cloud, system) for o in frame.objects]
+    verdict = judge_frame(encode(field, LC_R_1080), system, targets, scene.pixel_pitch)
     assert verdict.passed
     for found in verdict.objects:
         assert abs(found.depth_error) < 1e-4

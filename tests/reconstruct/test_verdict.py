@@ -18,7 +18,7 @@ def block(name, centre, seed, count=90):
     rng = np.random.default_rng(seed)
     places = rng.uniform(-1, 1, (count, 3)) * [0.3e-3, 0.2e-3, 0.3e-3] + centre
     cloud = PointCloud(places, rng.uniform(0.5, 1, count), rng.uniform(0, 6.3, count))
-    return cloud, Target.of_points(name, places, cloud.intensity)
+    return cloud, Target.of_cloud(name, cloud)
 
 
 NEAR, NEAR_TARGET = block("near", (-0.5e-3, 0.3e-3, 0.060), 1)

@@ -1,0 +1,248 @@
+"""Does a focal stack show an object of the right shape? Its light per cell, and its relief.
+
+The scene's map of light says how much light each cell holds and at what depth. Each cell of the
+picture is looked at where the scene has it: then the light per cell must be in proportion to the
+scene's (correlation), and every cell must be sharpest there. Moved in depth as a whole, cells get
+blurred together: where they are sharpest is the object's depth error, however deep it is. Stretched
+in depth by a factor about the mean, they are sharpest at factor 1; at 0 the object is flat, at −1
+its relief is inverted.
+"""
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.light_map import LightMap
+from reconstruct.focus import Cells
+
+STRETCHES = np.linspace(-2.0, 4.0, 61)
+"""Factors of the relief that are tried."""
+ALIKE = 0.8
+"""Least correlation of the light per cell: right pictures have more, mirrored ones less."""
+RELIEF = 0.6
+"""How far the relief's factor may be off 1; and four standard errors."""
+RELIEF_ERROR = 0.3
+"""Standard error of the relief's factor up to which it counts: with more, the object is too shallow
+for its depth of focus, or too dense to be sharp anywhere."""
+FEW_CELLS = 6
+"""Objects of fewer lit cells have no shape to judge."""
+CLEAR = 0.2
+"""Least share of the light in cells of one depth, for the cells to tell depths."""
+SHARP = 5.0
+"""Height of the focus curve of all cells, in standard errors, that counts as a focus: noise reaches
+3."""
+
+
+@dataclass(frozen=True, eq=False)
+class Likeness:
+    """How a picture compares with the scene's map of light.
+
+    told : there are cells enough to judge a shape by
+    picture : correlation of the light per cell, 1 for the scene's own
+    lateral_error : (x, y) metres by which that is largest elsewhere
+    slices : (depth in metres, correlation) of the light that is sharp there, nearest first
+    depth_error : metres by which the cells together are sharpest elsewhere; NaN for no peak
+    sharpness : height of that peak over the curve's median, in standard errors
+    relief : stretch in depth at which the cells are sharpest; NaN where nothing can be told
+    relief_error : its standard error
+    """
+
+    told: bool
+    picture: float
+    lateral_error: tuple[float, float]
+    slices: tuple[tuple[float, float], ...]
+    depth_error: float
+    sharpness: float
+    relief: float
+    relief_error: float
+
+    @property
+    def relief_known(self) -> bool:
+        """Whether the relief can be told from a flat one."""
+        return self.relief_error < RELIEF_ERROR
+
+    @property
+    def faults(self) -> list[str]:
+        """What is wrong with the shape, each in a few words."""
+        found = []
+        if self.told and self.picture < ALIKE:
+            found.append(f"the picture is not the scene's (correlation {self.picture:.2f})")
+        off = abs(self.relief - 1)
+        if self.relief_known and off > max(RELIEF, 4 * self.relief_error):
+            kind = "inverted" if self.relief < -0.5 else "flat" if self.relief < 0.5 else "wrong"
+            found.append(f"its relief is {kind} ({self.relief:.1f} of the scene's)")
+        return found
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain figures."""
+        return {
+            "told": self.told,
+            "picture": self.picture,
+            "slices": [list(pair) for pair in self.slices],
+            "depth_error": self.depth_error,
+            "sharpness": self.sharpness,
+            "relief": self.relief,
+            "relief_error": self.relief_error,
+        }
+
+
+def compare(cells: Cells, expected: LightMap, depth_of_focus: float) -> Likeness:
+    """Compare a stack's cells (on the map's own grid) with the map.
+
+    depth_of_focus : metres, of the coarser axis; slices are no thinner
+    """
+    light = expected.light
+    middle = float((light * expected.depth).sum())
+    relief = expected.depth - middle
+    # A cell with light at several depths is sharp at any of them.
+    weight = light / (1 + (expected.spread / depth_of_focus) ** 2)
+    told = int(np.count_nonzero(light > light.max() / 50)) >= FEW_CELLS
+    clear = told and float(weight.sum()) > CLEAR
+    sharp = cells.sharpness / np.maximum(np.median(cells.sharpness, axis=0), 1e-300)
+    offsets = cells.depths - cells.depths[len(cells.depths) // 2]
+    # A relief of another size peaks elsewhere: the offset is that of the best of four sizes.
+    tries = [
+        _peak(sharp, cells.depths, middle + g * relief, weight, offsets)
+        for g in (1.0, 0.0, -1.0, 2.0)
+    ]
+    error, height, _ = max(tries[: 4 if clear and relief.any() else 1], key=lambda t: t[2])
+    shift = error if clear and np.isfinite(error) and height >= SHARP else 0.0
+    found = _at(cells.light, cells.depths, expected.depth + shift)
+    factor, scatter = float("nan"), float("inf")
+    if clear:
+        factor, scatter = _stretch(sharp, cells.depths, middle + shift, relief, weight)
+    return Likeness(
+        told,
+        correlation(found, light),
+        lateral_shift(found, light, expected.cell),
+        _slices(cells, expected, depth_of_focus),
+        error,
+        height if clear else 0.0,
+        factor,
+        scatter,
+    )
+
+
+def correlation(found: NDArray[np.float64], expected: NDArray[np.float64]) -> float:
+    """Pearson's, 0 where either is even."""
+    a, b = found - found.mean(), expected - expected.mean()
+    size = sqrt(float((a * a).sum()) * float((b * b).sum()))
+    return float((a * b).sum()) / size if size > 0 else 0.0
+
+
+def light_of(cells: Cells, expected: LightMap, depth_error: float) -> float:
+    """Light in the cells that the scene lights, each at its depth, less what the dark ones hold."""
+    found = _at(cells.light, cells.depths, expected.depth + depth_error)
+    lit = expected.light > 0
+    dark = float(np.median(found[~lit])) if not lit.all() else 0.0
+    return max(float((found[lit] - dark).sum()), 0.0)
+
+
+def lateral_shift(
+    found: NDArray[np.float64], expected: NDArray[np.float64], cell: float
+) -> tuple[float, float]:
+    """(x, y) metres by which the correlation is largest elsewhere: tried a cell to each side, the
+    parabola between; beyond half a cell it only says that it is far."""
+    shifts = []
+    for axis in (1, 0):
+        a, b, c = (correlation(found, np.roll(expected, n, axis=axis)) for n in (-1, 0, 1))
+        bend = a - 2 * b + c
+        shifts.append(float(np.clip(0.5 * (a - c) / bend if bend < 0 else np.sign(c - a), -1, 1)))
+    return shifts[0] * cell, shifts[1] * cell
+
+
+def _at(
+    values: NDArray[np.float64], depths: NDArray[np.float64], wanted: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(m, n) values of a (D, m, n) stack, each cell at its own depth, interpolated."""
+    place = np.clip((wanted - depths[0]) / (depths[1] - depths[0]), 0, len(depths) - 1)
+    low = np.minimum(place.astype(np.intp), len(depths) - 2)
+    way = place - low
+    rows, columns = np.indices(wanted.shape)
+    below, above = values[low, rows, columns], values[low + 1, rows, columns]
+    mixed: NDArray[np.float64] = below * (1 - way) + above * way
+    return mixed
+
+
+def _mean(values: NDArray[np.float64], weight: NDArray[np.float64]) -> float:
+    return float((values * weight).sum() / weight.sum())
+
+
+def _peak(
+    sharp: NDArray[np.float64],
+    depths: NDArray[np.float64],
+    expected: NDArray[np.float64],
+    weight: NDArray[np.float64],
+    offsets: NDArray[np.float64],
+) -> tuple[float, float, float]:
+    """Offset of the peak of the cells' mean sharpness, its height over the median in standard
+    errors, and its value; no peak at the range's ends."""
+    curve = np.array([_mean(_at(sharp, depths, expected + o), weight) for o in offsets])
+    top = int(curve.argmax())
+    if top in (0, len(curve) - 1):
+        return float("nan"), 0.0, 0.0
+    a, b, c = curve[top - 1 : top + 2]
+    bend = a - 2 * b + c
+    move = 0.5 * (a - c) / bend if bend < 0 else 0.0
+    there = _at(sharp, depths, expected + offsets[top])
+    error = sqrt(float((weight**2 * (there - b) ** 2).sum())) / float(weight.sum())
+    height = (b - float(np.median(curve))) / error if error > 0 else 0.0
+    return float(offsets[top] + move * (offsets[1] - offsets[0])), float(height), float(b)
+
+
+def _stretch(
+    sharp: NDArray[np.float64],
+    depths: NDArray[np.float64],
+    middle: float,
+    relief: NDArray[np.float64],
+    weight: NDArray[np.float64],
+) -> tuple[float, float]:
+    """The stretch at which the cells are sharpest, and its standard error (sandwich formula: from
+    the scatter of the cells' slopes there and the bend of their mean)."""
+    if not relief.any():
+        return float("nan"), float("inf")
+    per_cell = np.array([weight * _at(sharp, depths, middle + g * relief) for g in STRETCHES])
+    curve = per_cell.sum(axis=(1, 2))
+    top = int(curve.argmax())
+    if top in (0, len(curve) - 1):
+        return float(STRETCHES[top]), float("inf")
+    # A wide parabola through the peak: narrow ones follow single cells.
+    reach = 10
+    part = slice(max(top - reach, 0), top + reach + 1)
+    g = STRETCHES[part] - STRETCHES[top]
+    bend, slope, _ = np.polyfit(g, curve[part], 2)
+    slopes = np.polyfit(g, per_cell[part].reshape(len(g), -1), 2)[1]
+    if bend >= 0:
+        return float(STRETCHES[top]), float("inf")
+    factor = float(np.clip(STRETCHES[top] - slope / (2 * bend), STRETCHES[0], STRETCHES[-1]))
+    scatter = slopes - slopes.mean()
+    return factor, sqrt(float((scatter**2).sum())) / abs(2 * float(bend))
+
+
+def _slices(
+    cells: Cells, expected: LightMap, depth_of_focus: float
+) -> tuple[tuple[float, float], ...]:
+    """Correlation of the light per cell in slices of depth, as thick as the depth of focus or more.
+
+    Light belongs to the slices beside its cell's depth, in proportion.
+    """
+    lit = expected.light > 0
+    near, far = float(expected.depth[lit].min()), float(expected.depth[lit].max())
+    count = int(np.clip((far - near) / (2 * depth_of_focus), 0, 5)) + 1
+    if count == 1:
+        return ()
+    centres = np.linspace(near, far, count)
+    seen = np.isfinite(cells.depth)
+    found_at = np.where(seen, cells.depth, far + 10 * (far - near))
+    light = np.where(seen, cells.focused_light, 0.0)
+    width = centres[1] - centres[0]
+    out = []
+    for centre in centres:
+        want = expected.light * np.clip(1 - np.abs(expected.depth - centre) / width, 0, 1)
+        got = light * np.clip(1 - np.abs(found_at - centre) / width, 0, 1)
+        if want.any():
+            out.append((float(centre), correlation(got, want)))
+    return tuple(out)
