@@ -131,7 +131,8 @@ def focal_planes(
         ceil(n * region.pitch / p) + 2 * m for n, m in zip(region.shape, margins, strict=True)
     )
     if rows * columns > FAR * max(field.size, 1 << 18):
-        return FocalStack(z, _far_planes(field, slm, wavelength, z, region), region)
+        yield from _far_planes(field, slm, wavelength, z, region)
+        return
     wide = Patch(region.centre, (rows, columns), p)
     there = Propagator(slm.shape, p, wavelength, float(middle), wide, band, keep=0)(
         field, -float(middle)
@@ -150,7 +151,7 @@ def _far_planes(
     wavelength: float,
     depths: NDArray[np.float64],
     region: Patch,
-) -> NDArray[np.float32]:
+) -> Iterator[NDArray[np.float32]]:
     """Intensities of a region far from the panel, straight from the field.
 
     |Σ U₀·exp(−ikr)|²·(p²/λz)², the distance r to a sample expanded about the region's centre: the
@@ -158,14 +159,13 @@ def _far_planes(
     the other depths' difference is paraxial. So a depth is two matrix products. The terms left out
     stay below (A·s/2z²)²·k·z/2 radians for samples s from the centre and a panel of side A.
     """
-    p, k = slm.pixel_pitch, 2 * np.pi / wavelength
+    p = slm.pixel_pitch
     middle = float(depths.mean())
     (cy, cx), (sy, sx) = region.centre, region.coordinates()
     y, x = slm.y() - cy, slm.x() - cx
     rho = y[:, None] ** 2 + x[None, :] ** 2
     flat = field * cycles_to_phasor(-rho / (np.sqrt(rho + middle**2) + middle) / wavelength)
-    out = np.empty((len(depths), *region.shape), dtype=np.float32)
-    for plane, depth in zip(out, depths, strict=True):
+    for depth in depths:
         far = float(np.sqrt(depth**2 + cy**2 + cx**2))
         rows, columns = (
             cycles_to_phasor(
@@ -177,8 +177,8 @@ def _far_planes(
             )
             for samples, centre, pixels in ((sy, cy, y), (sx, cx, x))
         )
-        plane[:] = intensity((rows @ flat) @ columns.T) * (p**2 * k / (2 * np.pi * depth)) ** 2
-    return out
+        scale = np.float32((p**2 / (wavelength * depth)) ** 2)
+        yield intensity((rows @ flat) @ columns.T) * scale
 
 
 def all_in_focus(

@@ -119,7 +119,7 @@ def test_far_planes_are_the_near_ones():
     field = compute_field(cloud, SLM_, LAMBDA, "curved", passband=BAND)
     depths = np.array([0.246, 0.25, 0.254])
     near = focal_stack(field, SLM_, LAMBDA, depths, TARGET_PATCH, BAND)
-    far = stack._far_planes(field, SLM_, LAMBDA, depths, TARGET_PATCH)
+    far = np.array(list(stack._far_planes(field, SLM_, LAMBDA, depths, TARGET_PATCH)))
     assert np.linalg.norm(near.intensity - far) < 0.03 * np.linalg.norm(near.intensity)
 
 
