@@ -30,6 +30,7 @@ from chrmc.store import (
     VideoWriter,
     differences,
     existing_manifest,
+    group_records,
     open_video,
     refuse_another,
     remove_video,
@@ -185,9 +186,10 @@ def _fill(
     description = whole_description(recipe, existing_manifest(folder), folder)
     writer = VideoWriter(folder, description, suffix)
     missing = [n for n in numbers if n not in writer.entries]
+    if missing or group_records(folder):  # a run that was cut off may have left these
+        writer.collect()
     if not missing:
         return 0
-    writer.collect()
     if workers is None and scheduler is None:
         made = _frames_of_groups(recipe, writer, missing)
     else:

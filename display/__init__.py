@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from display.log import Flip
     from display.marks import SerialMark, UDPMark
     from display.monitors import Monitor, list_monitors
+    from display.playing import play
     from display.screen import Screen
 
 _LAZY = {
@@ -22,6 +23,7 @@ _LAZY = {
     "SerialMark": "display.marks",
     "Monitor": "display.monitors",
     "list_monitors": "display.monitors",
+    "play": "display.playing",
 }
 
 __all__ = [
@@ -34,6 +36,7 @@ __all__ = [
     "encode",
     "encode_signal",
     "list_monitors",
+    "play",
     "signal_of",
     "video_scale",
 ]

@@ -8,9 +8,6 @@ import click
 
 from chrmc.cli.lengths import OFFSET, Length
 
-PAPER_FRAMES = (1, 21, 51, 80)
-"""The frames of the paper's Fig. 14, and the first."""
-
 
 class FrameList(click.ParamType):
     """1,21,51:60 or all."""
@@ -35,17 +32,12 @@ class FrameList(click.ParamType):
 
 def chosen_frames(asked: list[tuple[int, int]] | None, video: Any) -> list[int]:
     """Frame numbers to judge, all for an empty list; ValueError where one is not in the video."""
-    if not video.numbers:
-        raise ValueError(f"{video.folder} has no frames yet: run `chrmc generate` first")
+    from reconstruct.checking import chosen_frames
+
     if asked is None:
-        if set(PAPER_FRAMES) <= set(video.numbers):
-            return list(PAPER_FRAMES)
-        last = len(video.numbers) - 1
-        return sorted({video.numbers[round(last * share / 3)] for share in range(4)})
-    numbers = [n for first, last in asked for n in range(first, last + 1)] or list(video.numbers)
-    for n in numbers:
-        video.entry(n)
-    return numbers
+        return chosen_frames(None, video)
+    numbers = [n for first, last in asked for n in range(first, last + 1)]
+    return chosen_frames(numbers or list(video.numbers), video)
 
 
 @click.command("check")
@@ -104,39 +96,21 @@ def command(
     an object is too small or too shallow to tell). Exit status 0 when all is as it should be, 1
     when not.
     """
-    from chrmc.progress import progress
-    from chrmc.response import GreyResponse
     from chrmc.store import open_video
     from reconstruct import report
-    from reconstruct.four_f_system import FourF
-    from reconstruct.verdict import Target, judge_frame
+    from reconstruct.checking import check, scene_named
 
     stored = open_video(video)
-    numbers = chosen_frames(frames, stored)
-    system = FourF(
-        stored.slm,
-        stored.wavelength,
-        stored.encoding,
-        response=GreyResponse.from_dict(stored.response),
-        scale=stored.scale,
+    if truth and scene is None:
+        scene = scene_named(stored)
+    verdicts = check(
+        stored,
+        chosen_frames(frames, stored),
+        scene=scene,
+        depth_tolerance=depth_tolerance,
+        lateral_tolerance=lateral_tolerance,
+        metrics=metrics,
     )
-    true_field = truth_maker(stored, scene) if truth or scene else None
-    verdicts = []
-    for number in progress(numbers, "check"):
-        targets = [Target.of_record(o) for o in stored.entry(number)["objects"]]
-        verdicts.append(
-            judge_frame(
-                stored.read(number),
-                system,
-                [t for t in targets if t is not None],
-                stored.pixel_pitch,
-                number,
-                None if true_field is None else true_field(number),
-                depth_tolerance,
-                lateral_tolerance,
-                metrics,
-            )
-        )
     if plot is not None:
         report.plot_curves(verdicts, plot)
     if as_json:
@@ -147,30 +121,3 @@ def command(
         for line in report.metric_table(verdicts) if metrics else ():
             click.echo(line)
     return 0 if all(v.passed for v in verdicts) else 1
-
-
-def truth_maker(video: Any, scene_name: str | None) -> Any:
-    """A function from frame number to the scene's field within the video's passband.
-
-    The low-rank method at 1e-6 stands for the float64 sum: 120 dB, and a thousand times faster.
-    """
-    from chrmc.cgh import DEFAULT_METHOD, compute_field
-    from chrmc.encoding import coding_for
-    from chrmc.scene.load import load_scene
-
-    source = video.scene.get("source")
-    if scene_name is None and source is not None:
-        raise ValueError(
-            f"the scene came from {source['file']}: name it again, --scene FILE.py:"
-            f"{source['function']} (a manifest's code is never run by itself)"
-        )
-    scene = load_scene(scene_name or str(video.scene["name"]), form=str(video.scene["form"]))
-    band = coding_for(video.encoding, video.slm).passband
-
-    def field(number: int) -> Any:
-        cloud = scene.frame(number).cloud
-        return compute_field(
-            cloud, video.slm, video.wavelength, DEFAULT_METHOD, passband=band, tolerance=1e-6
-        )
-
-    return field

@@ -218,3 +218,21 @@ def test_a_run_cut_off_lists_all_that_was_finished(slow: Path) -> None:
     assert told.strip().splitlines()[-1] == "chrmc: interrupted; what was finished is kept"
     video = chrmc.open_video(slow / "v")
     assert video.numbers == [int(p.stem[6:]) for p in sorted((slow / "v").glob("frame_*"))]
+
+
+def test_what_a_killed_run_left_is_taken_in_and_swept(tmp_path: Path) -> None:
+    options: dict[str, Any] = {"slm": PANEL, "cgh": "fresnel", "compensation": "tr-nlut"}
+    chrmc.generate(driving_scene(), tmp_path, group=4, **options)
+    path = tmp_path / "manifest.json"
+    manifest = json.loads(path.read_text())
+    late = [entry for entry in manifest["frames"] if entry["number"] > 4]
+    # As a kill leaves it between a group's last record and the manifest, and in a picture.
+    (tmp_path / "group_000005.json").write_text(json.dumps({"frames": late}))
+    path.write_text(json.dumps(manifest | {"frames": manifest["frames"][:4]}))
+    (tmp_path / ".frame_0009.1234.partial.tif").write_bytes(b"half")
+    before = {p: p.stat().st_mtime_ns for p in tmp_path.glob("frame_*")}
+    assert chrmc.open_video(tmp_path).numbers == list(range(1, 9))
+    chrmc.generate(driving_scene(), tmp_path, group=4, **options)
+    assert json.loads(path.read_text()) == manifest
+    assert {p: p.stat().st_mtime_ns for p in tmp_path.glob("*.tif")} == before
+    assert {p.name for p in tmp_path.iterdir()} == {"manifest.json", *(p.name for p in before)}

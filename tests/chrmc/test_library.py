@@ -267,3 +267,20 @@ def test_a_manifest_is_plain_json(tmp_path: Path) -> None:
     manifest = json.loads((tmp_path / "manifest.json").read_text())
     assert manifest["group"] == 1
     assert set(manifest["scene"]) >= {"name", "form", "fingerprint", "frame_count", "pixel_pitch"}
+
+
+def test_a_video_is_played_and_checked_from_python(tmp_path: Path) -> None:
+    import display
+    import reconstruct
+
+    panel = chrmc.SLM("quarter", 480, 300, 16e-6)
+    scene = chrmc.load_scene("car-house")
+    video = chrmc.generate(scene, tmp_path, slm=panel, frames=(1, 2), check_pixels=0)
+    summary = display.play(video, headless=True, verify="frames", log=tmp_path / "flips.csv")
+    assert summary.mismatches == 0
+    assert (tmp_path / "flips.csv").read_text().count("\n") >= 2
+    (verdict,) = reconstruct.check(tmp_path, [2], scene=scene, depth_tolerance=5e-3)
+    assert {o.target.name for o in verdict.objects} == {"car", "house"}
+    assert all(o.psnr is not None for o in verdict.objects)
+    with pytest.raises(ValueError, match="no frame 9"):
+        reconstruct.check(video, [9])
