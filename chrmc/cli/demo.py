@@ -15,6 +15,7 @@ FRAMES = (1, 21, 51, 80)
 
 @click.command("demo")
 @click.argument("scene", default="car-house")
+@click.option("--scene", "chosen", default=None, help="The same as SCENE.")
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
@@ -30,6 +31,7 @@ FRAMES = (1, 21, 51, 80)
 @click.option("--force", is_flag=True, help="Replace another video in the folder.")
 def command(
     scene: str,
+    chosen: str | None,
     out: Path,
     monitor: str | None,
     form: str,
@@ -52,7 +54,7 @@ def command(
     from chrmc.store import open_video
     from chrmc.summary import summary
 
-    recipe = recipe_for(load_scene(scene, form=form), LC_R_1080, **methods)
+    recipe = recipe_for(load_scene(chosen or scene, form=form), LC_R_1080, **methods)
     folder = out / "video"
 
     heading("1. Holograms")

@@ -47,6 +47,12 @@ def load_scene(
     if not isinstance(name_or_folder, str | Path):
         words = [str(word) for word in name_or_folder]
     name = words[0] if words else ""
+    if (density, points, fit) != (None, None, False) and (
+        name in BUILT_IN or is_python_name(name) or Path(name).is_dir()
+    ):
+        raise ValueError(
+            f"--density, --points and --fit belong to files; {name} has its points and places"
+        )
     if name == DENSE:
         from chrmc.scene.dense import car_house_dense, car_house_dense_rgbd
 

@@ -471,3 +471,9 @@ def test_generate_exports_and_nothing_is_half_written(models: Path, tmp_path: Pa
     assert points.is_file() and (video / "manifest.json").is_file()
     assert run("generate", models / "invalid" / "empty.ply", "--out", tmp_path / "none") == 2
     assert not (tmp_path / "none").exists()
+
+
+def test_sizes_for_what_has_its_own_are_refused() -> None:
+    for options in ({"points": 5}, {"density": 1.0}, {"fit": True}):
+        with pytest.raises(ValueError, match="belong to files"):
+            load_scene("car-house", **options)
