@@ -22,11 +22,18 @@ from chrmc.encoding import CODINGS
 @click.option("--slm", type=SLMType(), default=None, help="Of a picture. [lc-r-1080]")
 @click.option("--wavelength", type=Length(WAVELENGTH), default=None, help="Of a picture. [532nm]")
 @click.option("--encoding", type=click.Choice(CODINGS), default=None, help="Of a picture. [ssb]")
+@click.option(
+    "--screenshot",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="Write a PNG of the window when its pictures are sharp, and end.",
+)
 def command(
     sources: tuple[Path, ...],
     number: int | None,
     depth: float | None,
     follow: str | None,
+    screenshot: Path | None,
     **picture: Any,
 ) -> int:
     """Look around in the video in DIR: any frame, any depth, through any Fourier filter.
@@ -61,5 +68,9 @@ def command(
     ViewerState(videos).start(number, depth, follow)  # what is wrong is told before a window opens
     window = ViewerWindow(videos)
     window.session.model.start(number, depth, follow)
-    window.run()
+    if screenshot is None:
+        window.run()
+    else:
+        window.screenshot(screenshot)
+        click.echo(f"{screenshot}: the window")
     return 0

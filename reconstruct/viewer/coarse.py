@@ -13,7 +13,10 @@ remain:
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
 from math import ceil, sqrt
+from typing import Any
 
 import numpy as np
 import scipy.fft
@@ -97,40 +100,60 @@ def coarse_field(
     plain = system.bench.lens2 is None and plane.shape == slm.shape
     if plain and abs(bins - first) < 1e-9:
         # Taking the carrier off moves the spectrum by whole samples.
-        rows = (_frequencies(shape[0]) + first) % slm.height
-        columns = _frequencies(shape[1]) % slm.width
-        part = np.ix_(rows, columns)
-        cropped = plane[part] * system.transmission()[part]
-        cropped *= GAIN * system.scale * np.exp(1j * np.pi * first * (1 - 1 / slm.height))
+        cropped = _crop(plane, shape, first)
+        cropped *= _crop(system.transmission(), shape, first)
+        cropped *= np.complex64(
+            GAIN * system.scale * np.exp(1j * np.pi * first * (1 - 1 / slm.height))
+        )
         total = _passed(plane, system.transmission()) * (GAIN * system.scale) ** 2
     else:
         whole = scipy.fft.fft2(system.decode(plane), norm="ortho", workers=1)
-        rows, columns = (_frequencies(m) % n for m, n in zip(shape, slm.shape, strict=True))
-        cropped = whole[np.ix_(rows, columns)]
+        cropped = _crop(whole, shape, 0)
         total = _power(whole)
     lost = 1 - _power(cropped) / total if total > 0 else 0.0
     cropped *= np.float32(np.prod(shape) / np.sqrt(slm.height * slm.width))
-    pitches = [n * slm.pixel_pitch / m for n, m in zip(slm.shape, shape, strict=True)]
+    pitches = slm.height * slm.pixel_pitch / shape[0], slm.width * slm.pixel_pitch / shape[1]
     grid = _grid(shape, pitches, wavelength, farthest)
     if grid != shape:
         small = scipy.fft.ifft2(cropped, workers=1, overwrite_x=True)
         cropped = scipy.fft.fft2(small, s=grid, workers=1, overwrite_x=True)
-    fy, fx = (np.arange(n // 2 + 1) / (n * p) for n, p in zip(grid, pitches, strict=True))
-    square = fy[:, None] ** 2 + fx[None, :] ** 2
-    # √(1/λ² − f²) − 1/λ without the difference of large numbers.
-    along = np.sqrt(np.maximum(1 / wavelength**2 - square, 0))
-    detour = -square / (along + 1 / wavelength)
+    detour = _detour(grid, pitches, wavelength)
     return Coarse(np.asarray(cropped, dtype=np.complex64), shape, detour, wavelength, max(lost, 0))
 
 
-def _frequencies(count: int) -> NDArray[np.intp]:
-    """0, 1, …, −1 in FFT order."""
+def _crop(values: NDArray[Any], shape: tuple[int, int], first: int) -> NDArray[Any]:
+    """Samples of a spectrum in FFT order, the frequencies nearest to row `first` and column 0."""
+    found = np.empty(shape, dtype=values.dtype)
+    rows = _runs(shape[0], values.shape[0], first)
+    for target, source in rows:
+        for across, beside in _runs(shape[1], values.shape[1], 0):
+            found[target, across] = values[source, beside]
+    return found
+
+
+def _runs(count: int, total: int, first: int) -> list[tuple[slice, slice]]:
+    """Where `count` frequencies 0, 1, …, −1 around `first` lie among `total`: (to, from)."""
     index = np.arange(count)
-    return np.where(index < (count + 1) // 2, index, index - count)
+    source = (np.where(index < (count + 1) // 2, index, index - count) + first) % total
+    ends = [0, *(np.flatnonzero(np.diff(source) != 1) + 1).tolist(), count]
+    return [(slice(a, b), slice(int(source[a]), int(source[a]) + b - a)) for a, b in pairwise(ends)]
+
+
+@lru_cache(maxsize=4)
+def _detour(
+    grid: tuple[int, int], pitches: tuple[float, float], wavelength: float
+) -> NDArray[np.float64]:
+    """Of `Coarse`: √(1/λ² − f²) − 1/λ without the difference of large numbers."""
+    fy, fx = (np.arange(n // 2 + 1) / (n * p) for n, p in zip(grid, pitches, strict=True))
+    square = fy[:, None] ** 2 + fx[None, :] ** 2
+    along = np.sqrt(np.maximum(1 / wavelength**2 - square, 0))
+    found: NDArray[np.float64] = -square / (along + 1 / wavelength)
+    found.setflags(write=False)
+    return found
 
 
 def _grid(
-    shape: tuple[int, int], pitches: list[float], wavelength: float, farthest: float
+    shape: tuple[int, int], pitches: tuple[float, float], wavelength: float, farthest: float
 ) -> tuple[int, int]:
     """The shape, padded against wrapping when that is affordable."""
     padded = []

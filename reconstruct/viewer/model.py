@@ -215,6 +215,8 @@ class ViewerModel(ViewerState):
 
     def _flip(self) -> None:
         """The next frame when it is time and the last one was seen."""
+        if not self.playing:
+            self._flips.clear()
         now = time.monotonic()
         seen = self.quick is not None and self.quick.request.number == self.number
         if not (self.playing and seen and now >= self._next_flip):

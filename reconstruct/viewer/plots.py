@@ -91,11 +91,12 @@ def marks(session: Session) -> None:
     pitch = model.video.slm.pixel_pitch
     if session.line is not None:
         line = session.line
-        share, values = profile(picture.light, line, model.video.slm.shape)
         length = line.length(pitch)
         words = f"{length_words(float(f'{length:.4g}'))}, {length / pitch:.1f} pixels"
         imgui.text(f"{words}, {line.angle:.1f}°")
-        _profile(share, [values])
+        shown = [p for p in map(model.picture, range(len(model.videos))) if p is not None]
+        along = [profile(p.light, line, model.video.slm.shape) for p in shown]
+        _profile(along[0][0], [values for _, values in along])
     elif session.region is None:
         imgui.text_disabled("drag on a reconstruction to measure it")
     if session.region is not None:

@@ -12,9 +12,11 @@ from typing import Any
 
 import glfw
 import moderngl
+import numpy as np
 from imgui_bundle import imgui
 
 from chrmc.store import Video
+from reconstruct.images import write_colour
 from reconstruct.viewer import theme
 from reconstruct.viewer.layout import Layout
 from reconstruct.viewer.recent import recent_file
@@ -203,13 +205,30 @@ class ViewerWindow:
         finally:
             self.close()
 
+    def screenshot(self, path: Path, seconds: float = 120.0) -> None:
+        """Write a picture of the window, once all that it shows is sharp, and close it."""
+        end = time.monotonic() + seconds
+        try:
+            self.draw()
+            while self._lively > 0 or not self.session.model.resting:
+                if time.monotonic() > end:
+                    raise OSError(f"{path}: the picture is not ready after {seconds:g} s")
+                self.wait()
+                self.draw()
+            pixels, rows = glfw.get_framebuffer_size(self._handle)
+            raw = self.context.screen.read((0, 0, pixels, rows), components=3, alignment=1)
+        finally:
+            self.close()
+        picture = np.frombuffer(raw, dtype=np.uint8).reshape(rows, pixels, 3)
+        write_colour(path, picture[::-1])
+
     def wait(self) -> None:
         """Sleep until there is something to draw: hands, a worker's result, a frame to flip."""
         model = self.session.model
         if self._lively > 0:
             glfw.poll_events()
         elif model.busy:
-            glfw.wait_events_timeout(1 / 20)  # its sign turns
+            glfw.wait_events_timeout(1 / 8)  # its sign turns
         elif model.playing:
             glfw.wait_events_timeout(max(model.seconds_to_flip, 0.001))
         elif model.seconds_to_rest:
