@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from chrmc.cgh.curved.interface import Line, Plane, bounding_box, cost_of_sums
 from chrmc.compensation.ch_rmc_object.chart import Views, mean_rotation
 from chrmc.compensation.ch_rmc_object.grid import Grid, make_grid
-from chrmc.compensation.ch_rmc_object.plan import Plan, views_ahead
+from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, views_ahead
 from chrmc.scene.scene import Pose
 
 Floats = NDArray[np.float64]
@@ -49,6 +49,7 @@ class Choice:
 
 def choose(
     plan: Plan,
+    outline: Outline,
     poses: Sequence[Pose],
     targets: tuple[Line, Line],
     plane: Plane,
@@ -63,17 +64,15 @@ def choose(
     always : reuse, whether it pays or not
     """
     thing = plan.thing
-    assert thing.body is not None
     count = len(thing.cloud)
     nodes = len(plan.axes[0].nodes), len(plan.axes[1].nodes)
     fresh = _SERIES + cost_of_sums(bounding_box(thing.cloud.positions), count, nodes, plane)
     best, chosen = np.inf, Choice(None, _WAIT, "it turns too far in a frame")
-    middle = bounding_box(thing.body.positions).mean(axis=1)
     for frames in _lengths(len(poses)):
         axes = mean_rotation(poses[:frames])
-        own = (thing.body.positions - middle) @ axes.T
+        own = (outline.rim - outline.middle) @ axes.T
         size = np.abs(bounding_box(own)).max(axis=1)
-        views = views_ahead(plan, poses[:frames], axes, size, targets, plane, 0.0)
+        views = views_ahead(plan, outline, poses[:frames], axes, size, targets, plane, 0.0)
         view = views.until(frames)
         if not view.whole:
             break

@@ -28,7 +28,7 @@ _REACH = 1.0  # of a soft edge's width, that a filter reads beyond its strip on 
 _DENSE = 1.3  # places for each that Nyquist asks for
 _LEAST = 4.0  # the same in places
 _FEWEST = 4.0  # places that a soft edge is read at, at least
-_WAVES = 1.5  # waves for each place at every depth
+_WAVES = 1.8  # waves for each place
 _NOISE = 3e-2  # that a filter is made for, in shares of the tolerance
 
 
@@ -210,8 +210,7 @@ def reading_of(
             places.append(at)
             count += len(at)
         nodes = axis.nodes[run.nodes]
-        solved = tuple(_solve(nodes, at, model, tolerance) for model in models)
-        filters.append(Filter(run.nodes, own, solved))
+        filters.append(Filter(run.nodes, own, _solve(nodes, at, models, tolerance)))
     every = np.concatenate(places) if places else np.zeros(0)
     return Reading(every, tuple(filters), across)
 
@@ -223,17 +222,27 @@ def _frequency(model: Along, ends: tuple[float, float]) -> float:
     return max(float(np.max(np.abs(model.cycles(t + step) - model.cycles(t)))) / step, 1e-3)
 
 
-def _solve(nodes: Floats, places: Floats, model: Along, tolerance: float) -> Complexes:
-    """(nodes, places) the filter of one strip."""
-    number = ceil(_WAVES * len(places)) + 6
-    lateral = np.linspace(float(model.x.min()), float(model.x.max()), number)
+def _solve(
+    nodes: Floats, places: Floats, models: tuple[Along, Along], tolerance: float
+) -> tuple[Complexes, Complexes]:
+    """(nodes, places) the filters of one strip on two lines across."""
+    number = ceil(_WAVES * len(places)) + 10
+    model = models[0]
+    x = np.linspace(float(model.x.min()), float(model.x.max()), number)
     near, far = float(model.z.min()), float(model.z.max())
-    depths = np.array([0.9 * near + 0.1 * far, 0.1 * near + 0.9 * far])[: 2 if far > near else 1]
-    x, z = (part.ravel() for part in np.broadcast_arrays(lateral, depths[:, None]))
-    waves = replace(model, x=x, z=z)
-    given = waves.waves(places)
-    wanted = waves.waves(nodes) * waves.weights(nodes)
-    among = given.conj().T @ given / len(x)
-    among[np.diag_indices(len(places))] += (_NOISE * tolerance) ** 2
-    solved: Complexes = np.linalg.solve(among, given.conj().T @ wanted / len(x)).T
-    return solved
+    # Either end of the depth by turns: a filter depends on it smoothly.
+    z = np.where(np.arange(number) % 2, 0.9 * near + 0.1 * far, 0.1 * near + 0.9 * far)
+    base = replace(model, x=x, z=z, rest=None)
+    every = np.concatenate([places, nodes])
+    waves, weights = base.waves(every), base.weights(nodes)
+    noise = (_NOISE * tolerance) ** 2 * number
+    out = []
+    for one in models:
+        assert one.rest is not None
+        seen = waves * one.rest(every, x[:, None], z[:, None])
+        given, wanted = seen[:, : len(places)], seen[:, len(places) :] * weights
+        turned = given.conj().T
+        among = turned @ given
+        among[np.diag_indices(len(places))] += noise
+        out.append(np.linalg.solve(among, turned @ wanted).T)
+    return out[0], out[1]

@@ -13,7 +13,8 @@ from chrmc.compensation.ch_rmc_object.taps import Taps, taps_for
 Floats = NDArray[np.float64]
 
 SHARE = 0.2
-"""Of the tolerance: for each of α, β, range and the sums behind the grid."""
+"""Of the tolerance: for each of α, β and the sums behind the grid."""
+_RANGE_SHARE = 0.3  # for the layers of range
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +57,10 @@ def make_grid(
     count = [
         ceil((high - low) / h) + 2 * pad + 1 for (low, high), h in zip(spans, steps, strict=True)
     ]
-    swing = pi * float(half[0] ** 2 + half[1] ** 2) * (view.s[1] - view.s[0]) / 2 / wavelength
-    layers = layer_count(swing, SHARE * tolerance)
+    # The rms over a box of points of what is largest at its corners.
+    delta2 = sqrt((half[0] ** 4 + half[1] ** 4) / 5 + 2 * (half[0] * half[1]) ** 2 / 9)
+    swing = pi * delta2 * (view.s[1] - view.s[0]) / 2 / wavelength
+    layers = layer_count(swing, _RANGE_SHARE * tolerance)
     middle, reach = (view.s[0] + view.s[1]) / 2, (view.s[1] - view.s[0]) / 2
     tile = (
         min(count[0], ceil(width[0] / 2 / steps[0]) + 1),
@@ -72,8 +75,8 @@ def make_grid(
 
 
 def layer_count(swing: float, tolerance: float) -> int:
-    """Layers for a phase of ±swing radians over the range: 2·J_L(swing) ≤ tolerance, about."""
+    """Layers for a phase of ±swing radians over the range: √2·J_L(swing) ≤ tolerance, about."""
     count = 1
-    while 2 * (swing / 2) ** count / factorial(count) > tolerance and count < 40:
+    while sqrt(2) * (swing / 2) ** count / factorial(count) > tolerance and count < 40:
         count += 1
     return count

@@ -28,7 +28,7 @@ from chrmc.cgh.curved.interface import (
 )
 from chrmc.compensation.ch_rmc_object.chart import mean_rotation
 from chrmc.compensation.ch_rmc_object.grid import SHARE, make_grid
-from chrmc.compensation.ch_rmc_object.plan import Plan, middle_of, views_ahead
+from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, views_ahead
 from chrmc.compensation.ch_rmc_object.sphere import Sphere
 from chrmc.compensation.ch_rmc_object.taps import fewer, fewer_beyond
 from chrmc.compensation.ledger import FrameRecord
@@ -60,24 +60,23 @@ class Group:
     def __init__(
         self,
         first: Plan,
+        outline: Outline,
         poses: Sequence[Pose],
         parts: tuple[int, int, int],
         targets: tuple[Line, Line],
         plane: Plane,
         tolerance: float,
     ) -> None:
-        body = first.thing.body
-        assert body is not None
-        self.body = body
+        self.body = body = outline.body
         self._targets, self._plane, self._tolerance = targets, plane, tolerance
-        self._middle = middle_of(body)
+        self._middle = outline.middle
         self._axes = mean_rotation(poses)
         own = (body.positions - self._middle) @ self._axes.T
         part, centres, self._half = cut(own, parts)
         z = min(float(pose.apply(self._middle[None])[0, 2]) for pose in poses)
         more = fewer_beyond(float(self._half[:2].max()) / z / plane.wavelength, SHARE * tolerance)
         views = views_ahead(
-            first, poses, self._axes, np.abs(centres).max(axis=0), targets, plane,
+            first, outline, poses, self._axes, np.abs(centres).max(axis=0), targets, plane,
             more if len(centres) > 1 else 0.0,
         )  # fmt: skip
         width = tuple(float(np.max(high - low)) for low, high in (views.alpha, views.beta))
@@ -113,9 +112,9 @@ class Group:
             taps = 2 * (SHARE * self._tolerance) ** 2 if len(self.sphere.centres) > 1 else 0.0
             places = self._targets[0].places, self._targets[1].places
             budget = budget_of(
-                factor, thing.cloud, places, wave, Remainder(None, sqrt(read**2 + taps))
+                factor, plan.some, places, wave, Remainder(None, sqrt(read**2 + taps))
             )
-            budget = Budget(budget.error + plan.missed, budget.light)
+            budget = Budget(plan.scale * budget.error + plan.missed, budget.light)
         self.count = Count(appeared, vanished, soft, self.sphere.taken())
         self._visible = visible
         return factor, budget

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from math import pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,8 @@ from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Pose
 
 Floats = NDArray[np.float64]
+_MANY = 2000  # points from which some stand for all
+_DIRECTIONS, _ROOM = 400, 1.01  # in which the rim is sought, and how much larger it is taken
 _FILTER_SHARE = 0.75  # of the tolerance that filters may take; beyond it strips come from points
 
 
@@ -30,6 +33,7 @@ _FILTER_SHARE = 0.75  # of the tolerance that filters may take; beyond it strips
 class Plan:
     """Where a frame's baseband is needed, at some tolerance.
 
+    some : some of the points, which stand for all; their power is 1/scale of all
     missed : expected power of the filters' error
     from_points : strips along x, along y that no filter is good enough for
     """
@@ -39,19 +43,60 @@ class Plan:
     wave: Wave
     axes: Axes
     readings: tuple[Reading, Reading]
+    some: PointCloud
+    scale: float
     missed: float
     from_points: tuple[bool, bool]
 
 
-def planned(thing: ObjectFrame, targets: tuple[Line, Line], plane: Plane, aim: float) -> Plan:
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """A body's place and size, so that a frame need not look at all of its points.
+
+    middle : (3,) of its box: the centre of its spheres
+    size : farthest point from there
+    rim : (M, 3) points whose hull holds all others
+    """
+
+    body: PointCloud
+    middle: Floats
+    size: float
+    rim: Floats
+
+
+def outline_of(body: PointCloud) -> Outline:
+    """The outline; for many points from those that are farthest in a few hundred directions."""
+    middle = bounding_box(body.positions).mean(axis=1)
+    own = body.positions - middle
+    size = float(np.linalg.norm(own, axis=1).max())
+    if len(own) > _MANY:
+        # A golden spiral; between two directions the hull may be 1 − cos(half their angle) larger.
+        k = np.arange(_DIRECTIONS) + 0.5
+        height, turn = 1 - 2 * k / _DIRECTIONS, k * pi * (3 - sqrt(5))
+        across = np.sqrt(1 - height**2)
+        ways = np.stack([across * np.cos(turn), height, across * np.sin(turn)])
+        own = _ROOM * own[np.unique(np.argmax(own @ ways, axis=0))]
+    return Outline(body, middle, size, own + middle)
+
+
+def planned(
+    thing: ObjectFrame, outline: Outline, targets: tuple[Line, Line], plane: Plane, aim: float
+) -> Plan:
     """A frame's reference wave, its nodes, and how they are read off the plain baseband."""
-    assert thing.body is not None and thing.pose is not None
-    cx, cy, cz = thing.pose.apply(middle_of(thing.body)[None])[0].tolist()
-    box = bounding_box(thing.cloud.positions)
+    assert thing.pose is not None
+    cx, cy, cz = thing.pose.apply(outline.middle[None])[0].tolist()
+    cloud = rim = thing.cloud
+    scale = 1.0
+    if len(cloud) > _MANY:
+        cloud = cloud.select(slice(None, None, len(cloud) // _MANY))
+        scale = float(thing.cloud.amplitude @ thing.cloud.amplitude)
+        scale /= max(float(cloud.amplitude @ cloud.amplitude), 1e-300)
+        outer = thing.pose.apply(outline.rim)
+        rim = PointCloud(outer, np.ones(len(outer)), np.zeros(len(outer)))
+    box = bounding_box(rim.positions)
     its = reference_at((cx, cy, cz), box, plane)
-    axes = cluster_axes(thing.cloud, its, targets, plane, aim)
-    cloud = thing.cloud
-    strength = (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
+    axes = cluster_axes(rim, its, targets, plane, aim)
+    strength = scale * (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
     chosen, share = sample_points(strength, cloud.positions)
     points = cloud.positions[chosen].T
     spots = [np.resize(axis.nodes[[0, len(axis.nodes) // 2, -1]], len(chosen)) for axis in axes]
@@ -88,7 +133,7 @@ def planned(thing: ObjectFrame, targets: tuple[Line, Line], plane: Plane, aim: f
         missed += power
     return Plan(
         thing, aim, Wave(its, plane.wavelength, plane.reach), axes, (readings[0], readings[1]),
-        missed, (from_points[0], from_points[1]),
+        cloud, scale, missed, (from_points[0], from_points[1]),
     )  # fmt: skip
 
 
@@ -104,13 +149,9 @@ def _rest(
     return rest
 
 
-def middle_of(body: PointCloud) -> Floats:
-    """(3,) middle of a body's box: the centre of its spheres."""
-    return np.asarray(bounding_box(body.positions).mean(axis=1))
-
-
 def views_ahead(
     first: Plan,
+    outline: Outline,
     poses: Sequence[Pose],
     axes: Floats,
     radius: Floats,
@@ -122,10 +163,7 @@ def views_ahead(
 
     more : metres that places of parts lie beyond those of the whole
     """
-    body = first.thing.body
-    assert body is not None
-    middle = middle_of(body)
-    size = float(np.linalg.norm(body.positions - middle, axis=1).max())
+    middle, size = outline.middle, outline.size
     centre = np.stack([pose.apply(middle[None])[0] for pose in poses])
     sides = []
     for i, (low, high, _) in enumerate((plane.x, plane.y)):
@@ -139,3 +177,20 @@ def views_ahead(
             beyond += 1.3 * max(a[0] - float(places.min()), float(places.max()) - b[0], 0.0)
         sides.append((a - beyond, b + beyond))
     return views_of(poses, middle, axes, radius, (sides[0], sides[1]))
+
+
+def same_light(before: ObjectFrame, now: ObjectFrame) -> bool:
+    """Nothing about the object's light changed."""
+    if before.pose is not None and now.pose is not None and before.ids is not None:
+        return (
+            before.body is now.body
+            and before.pose.same_as(now.pose)
+            and now.ids is not None
+            and np.array_equal(before.ids, now.ids)
+        )
+    a, b = before.cloud, now.cloud
+    return a is b or (
+        np.array_equal(a.positions, b.positions)
+        and np.array_equal(a.amplitude, b.amplitude)
+        and np.array_equal(a.phase, b.phase)
+    )

@@ -18,7 +18,6 @@ from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from chrmc.cgh.curved.interface import (
     Series,
@@ -27,7 +26,13 @@ from chrmc.cgh.curved.interface import (
 )
 from chrmc.compensation.ch_rmc_object.chart import path
 from chrmc.compensation.ch_rmc_object.grid import SHARE, Grid
-from chrmc.compensation.ch_rmc_object.sums import cycles_of, phase_table, product_of
+from chrmc.compensation.ch_rmc_object.sums import (
+    batches_of,
+    cycles_of,
+    phase_table,
+    product_of,
+    weighed,
+)
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
@@ -35,7 +40,7 @@ Mask = NDArray[np.bool_]
 Tables = tuple[NDArray[np.floating], NDArray[np.floating]]
 """cos and sin of points' phases along α, (2, N, n_α), and along β, (2, N, n_β)."""
 
-_AT_ONCE = 4096  # points whose tables are held at once
+_EXACT = 1e-8  # of a step, to which places along a column are found
 _ROUNDING = 5e-7  # of sums in single precision
 _SINGLE = 5e-6  # smallest tolerance that single precision serves
 
@@ -86,7 +91,7 @@ class Sphere:
         self._values = np.zeros(shape, dtype=self._complex)
         self._tiles: dict[tuple[int, int], _Tile] = {}
         self._power = points.amplitude**2
-        self._errors = self._expected_errors()
+        self._weighed_errors = self._power * self._expected_errors()
         self.dropped = 0.0
         self._taken = 0
 
@@ -150,14 +155,14 @@ class Sphere:
             lines: NDArray[np.complexfloating] | None = None
             for layer, share in enumerate(shares):
                 line = (number * len(shares) + layer) * down + at[:, None, :]
-                one = _weighed(flat, line * across + start[:, columns], weight[:, columns])
+                one = weighed(flat, line * across + start[:, columns], weight[:, columns])
                 if len(shares) > 1:
                     one *= share[:, columns].astype(self._real)
                 lines = one if lines is None else lines + one
             assert lines is not None
             own, by = taps.weights(place[:, columns])
             line = number * lines.shape[1] + np.arange(lines.shape[1])[:, None]
-            out[:, columns] = _weighed(
+            out[:, columns] = weighed(
                 lines.reshape(-1), line * rows + own - first[:, None, None], by
             )
 
@@ -175,7 +180,7 @@ class Sphere:
             miss = q[1][..., None] + y * along[1] - beta * r
             step = miss / (along[1] - beta * (dot[..., None] + y) / r)
             y = y - step
-            if np.max(np.abs(step)) <= 1e-12 * np.max(r):
+            if np.max(np.abs(step)) <= _EXACT * self.grid.step[1] * np.max(r):
                 break
         return np.asarray(y)
 
@@ -212,42 +217,47 @@ class Sphere:
             return
         order = np.argsort(self._part[index], kind="stable")
         index, sign = index[order], sign[order]
-        part = self._part[index]
-        local = self._points.positions[index] - self.centres[part]
-        strength = sign * self._points.amplitude[index]
-        turns = self._points.phase[index] / (2 * pi)
-        cuts = np.flatnonzero(np.diff(part)) + 1
-        edges = [0, *cuts.tolist(), len(index)]
-        works = [
-            (int(part[a]), slice(start, min(start + _AT_ONCE, b)))
-            for a, b in pairwise(edges)
-            for start in range(a, b, _AT_ONCE)
-        ]
-        works.sort(key=lambda work: work[1].start - work[1].stop)
-        lock = Lock()
-        small = len(index) <= _AT_ONCE
         for number, s in enumerate(self.grid.layers):
-            r = float(1 / s)
             if len(tile.rests) <= number:
-                tile.rests.append(self._rest(tile, r))
-            every = self._tables(tile, r, local, turns) if small else None
+                tile.rests.append(self._rest(tile, float(1 / s)))
+        lock = Lock()
 
-            def sum_part(
-                work: tuple[int, slice], layer: int = number, r: float = r,
-                every: Tables | None = every,
-            ) -> None:  # fmt: skip
-                where, some = work
-                series, weights = tile.rests[layer]
-                if every is None:
-                    across, down = self._tables(tile, r, local[some], turns[some])
-                else:
-                    across, down = every[0][:, some], every[1][:, some]
-                scale = (series.at_points(local[some]) * strength[some]).astype(self._real)
-                total = product_of(across, down, scale, weights)
-                with lock:
-                    self._values[where, layer, tile.beta, tile.alpha] += total
+        def add_some(work: tuple[int, list[slice]]) -> None:
+            layer, runs = work
+            some = np.concatenate([np.arange(run.start, run.stop) for run in runs])
+            total = self._sum(tile, layer, index[some], sign[some], runs)
+            where = self._part[index[[run.start for run in runs]]]
+            with lock:
+                for part, one in zip(where.tolist(), total, strict=True):
+                    self._values[part, layer, tile.beta, tile.alpha] += one
 
-            spread(sum_part, works)
+        batches = batches_of(self._part[index])
+        spread(
+            add_some,
+            [(layer, runs) for runs in batches for layer in range(len(self.grid.layers))],
+        )
+
+    def _sum(
+        self, tile: _Tile, layer: int, index: NDArray[np.intp], sign: Floats, runs: list[slice]
+    ) -> NDArray[np.complexfloating]:
+        """(runs, n_β, n_α) waves of points on a tile, each run for itself.
+
+        runs : lengths of the runs of `index`, as slices
+        """
+        local = self._points.positions[index] - self.centres[self._part[index]]
+        strength = sign * self._points.amplitude[index]
+        series, weights = tile.rests[layer]
+        across, down = self._tables(
+            tile, float(1 / self.grid.layers[layer]), local, self._points.phase[index] / (2 * pi)
+        )
+        scale = (series.at_points(local) * strength).astype(self._real)
+        # Runs side by side, filled up to the longest with points of no strength.
+        lengths = np.array([run.stop - run.start for run in runs])
+        first = np.cumsum(lengths) - lengths
+        place = np.arange(lengths.max())
+        filled = place < lengths[:, None]
+        pick = np.where(filled, first[:, None] + place, 0)
+        return product_of(across[:, pick], down[:, pick], scale[:, pick] * filled, weights)
 
     def _middle(self, tile: _Tile) -> tuple[Floats, Floats, Floats, Floats]:
         """α and β of a tile's places and of its middle."""
@@ -293,9 +303,8 @@ class Sphere:
 
     def expected_error(self, visible: Mask) -> float:
         """Relative rms error of a look-up, averaged over the power of the points seen."""
-        power = self._power[visible]
-        total = float(power.sum())
-        mean = float(power @ self._errors[visible]) / total if total > 0 else 0.0
+        total = float(self._power @ visible)
+        mean = float(self._weighed_errors @ visible) / total if total > 0 else 0.0
         return sqrt(mean + self.dropped**2 + 2 * _ROUNDING**2)
 
     def _expected_errors(self) -> Floats:
@@ -314,24 +323,6 @@ class Sphere:
         count = len(grid.layers)
         swing = pi * (x * x + y * y) / self._wavelength * half
         return np.asarray(error + 2 * ((swing / 2) ** count / factorial(count)) ** 2)
-
-
-def _weighed(
-    values: NDArray[np.complexfloating], start: NDArray[np.intp], weight: NDArray[np.float32]
-) -> NDArray[np.complexfloating]:
-    """Σ_k weight_k·values[start + k], over flat values, for starts of any shape."""
-    real = values.real.dtype
-    taps, count = weight.shape[-1], start.size
-    kind = np.int32 if values.size < 2**31 else np.int64
-    index = (start.reshape(-1, 1) + np.arange(taps)).astype(kind, copy=False)
-    ends = np.arange(0, count * taps + 1, taps, dtype=kind)
-    matrix = csr_array(
-        (weight.reshape(-1).astype(real, copy=False), index.reshape(-1), ends),
-        shape=(count, values.size),
-    )
-    # Real weights on real and imaginary parts as two columns: half of a complex product.
-    out = matrix @ values.view(real).reshape(-1, 2)
-    return np.ascontiguousarray(out).view(values.dtype).reshape(start.shape)
 
 
 def _lagrange(nodes: Floats, at: Floats) -> Sequence[Floats]:

@@ -1,14 +1,19 @@
 """Sums of points on a grid of directions: tables of phases along either axis, and their product."""
 
 from collections.abc import Callable
+from itertools import pairwise
 from math import ceil, log, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from chrmc.cgh.curved.interface import chebyshev, interpolation
 
 Floats = NDArray[np.float64]
+
+_AT_ONCE, _RUN = 4096, 1024  # points whose tables are held at once, and of one part
+_FEW = 64  # that are not worth two cores
 
 
 def cycles_of(
@@ -48,21 +53,68 @@ def product_of(
     scale: NDArray[np.floating],
     weights: NDArray[np.complexfloating],
 ) -> NDArray[np.complexfloating]:
-    """Σ_t weights_t·Σ_j scale_tj·down_j·across_j, (n_β, n_α), one real product a term."""
-    right = across.reshape(-1, across.shape[2])
-    rows = down.shape[2]
-    left = np.empty((2, down.shape[1], 2, rows), dtype=right.dtype)
-    total: NDArray[np.complexfloating] | None = None
+    """(R, n_β, n_α) Σ_t weights_t·Σ_j scale_tj·down_j·across_j, one real product a term.
+
+    across, down : (2, R, N, n_α) and (2, R, N, n_β) cos and sin
+    scale : (T, R, N)
+    weights : (T, n_β, n_α)
+    """
+    _, runs, count, rows = down.shape
+    right = across.swapaxes(0, 1).reshape(runs, 2 * count, -1)
+    left = np.empty((runs, 2, count, 2, rows), dtype=right.dtype)
+    total = np.zeros((runs, rows, right.shape[2]), dtype=weights.dtype)
     for share, weight in zip(scale, weights, strict=True):
-        column = share[:, None]
-        np.multiply(down[0], column, out=left[0, :, 0])
-        np.multiply(down[1], column, out=left[0, :, 1])
-        left[1, :, 1] = left[0, :, 0]
-        np.multiply(left[0, :, 1], right.dtype.type(-1), out=left[1, :, 0])
-        flat = left.reshape(-1, 2 * rows).T @ right
-        one = np.empty((rows, right.shape[1]), dtype=weights.dtype)
-        one.real, one.imag = flat[:rows], flat[rows:]
+        column = share[..., None]
+        np.multiply(down[0], column, out=left[:, 0, :, 0])
+        np.multiply(down[1], column, out=left[:, 0, :, 1])
+        left[:, 1, :, 1] = left[:, 0, :, 0]
+        np.multiply(left[:, 0, :, 1], right.dtype.type(-1), out=left[:, 1, :, 0])
+        flat = left.reshape(runs, 2 * count, 2 * rows).swapaxes(1, 2) @ right
+        one = np.empty_like(total)
+        one.real, one.imag = flat[:, :rows], flat[:, rows:]
         one *= weight
-        total = one if total is None else total + one
-    assert total is not None
+        total += one
     return total
+
+
+def batches_of(part: NDArray[np.intp]) -> list[list[slice]]:
+    """Runs of points of one part, of about equal length in a batch.
+
+    part : ascending
+    """
+    edges = [0, *(np.flatnonzero(np.diff(part)) + 1).tolist(), len(part)]
+    runs = [
+        slice(start, min(start + _RUN, b))
+        for a, b in pairwise(edges)
+        for start in range(a, b, _RUN)
+    ]
+    runs.sort(key=lambda run: run.start - run.stop)
+    # Two batches at least, for as many cores.
+    most = min(_AT_ONCE, max(len(part) // 2, _FEW))
+    out: list[list[slice]] = []
+    room = 0
+    for run in runs:
+        if room < run.stop - run.start:
+            out.append([])
+            room = most
+        out[-1].append(run)
+        room -= out[-1][0].stop - out[-1][0].start
+    return out
+
+
+def weighed(
+    values: NDArray[np.complexfloating], start: NDArray[np.intp], weight: NDArray[np.float32]
+) -> NDArray[np.complexfloating]:
+    """Σ_k weight_k·values[start + k], over flat values, for starts of any shape."""
+    real = values.real.dtype
+    taps, count = weight.shape[-1], start.size
+    kind = np.int32 if values.size < 2**31 else np.int64
+    index = (start.reshape(-1, 1) + np.arange(taps)).astype(kind, copy=False)
+    ends = np.arange(0, count * taps + 1, taps, dtype=kind)
+    matrix = csr_array(
+        (weight.reshape(-1).astype(real, copy=False), index.reshape(-1), ends),
+        shape=(count, values.size),
+    )
+    # Real weights on real and imaginary parts as two columns: half of a complex product.
+    out = matrix @ values.view(real).reshape(-1, 2)
+    return np.ascontiguousarray(out).view(values.dtype).reshape(start.shape)

@@ -35,12 +35,13 @@ from chrmc.cgh.curved.interface import (
 )
 from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, choose
 from chrmc.compensation.ch_rmc_object.group import Group
-from chrmc.compensation.ch_rmc_object.plan import Plan, planned
+from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, outline_of, planned, same_light
 from chrmc.compensation.ch_rmc_object.sphere import NotCovered
 from chrmc.compensation.frame import VideoFrame
 from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import check_showable
+from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Pose, Scene
 from chrmc.slm import SLM
 from chrmc.window import Window
@@ -118,6 +119,7 @@ class _Maker:
         self._plane = plane_of(slm, wavelength, self._window, coding.passband)
         self._targets = lines_of(slm, self._window)
         self._tracks: dict[str, _Track] = {}
+        self._outlines: dict[str, Outline] = {}
         self._made = 0
         self._still: dict[str, tuple[tuple[tuple[str, int], ...], NDArray[Any]]] = {}
 
@@ -133,7 +135,7 @@ class _Maker:
                     continue
                 track = self._tracks.get(thing.name)
                 with record.stage("PE"):
-                    same = track is not None and _same(track.thing, thing)
+                    same = track is not None and same_light(track.thing, thing)
                 if track is None or not same:
                     moved.add(thing.name)
                     track = self._follow(track, thing, number, record)
@@ -152,14 +154,16 @@ class _Maker:
         self, track: _Track | None, thing: ObjectFrame, number: int, record: FrameRecord
     ) -> _Track:
         """The object's factors in a frame: looked up if its group covers it, else keyed anew."""
-        check_showable(thing.cloud, self._slm, self._wavelength, self._coding.passband)
         if thing.body is None or thing.ids is None or thing.pose is None:
+            self._check(thing.cloud)
             return self._afresh(thing, record, "its points are not known again")
+        outline = self._outline(thing.name, thing.body)
+        self._check_body(thing, outline)
         group = None if track is None else track.group
         if group is not None and group.body is thing.body:
             # Nodes that turn out too few for this frame are no reason for a key frame.
             for share in (_AIM, 0.4 * _AIM):
-                made = self._looked_up(group, thing, share * self._tolerance, record)
+                made = self._looked_up(group, thing, outline, share * self._tolerance, record)
                 if made is None:
                     break
                 factor, budget = made
@@ -169,26 +173,52 @@ class _Maker:
         elif track is not None and number < track.wait:
             return self._afresh(thing, record, "", track.wait)
         ahead = self._ahead(thing, number)
-        if all(pose.same_as(thing.pose) for pose in ahead):
-            return self._afresh(thing, record, "it rests")
-        return self._keyed(thing, [thing.pose, *ahead], number, record)
+        before = None if track is None else track.thing.pose
+        rested = before is not None and before.same_as(thing.pose)
+        if not rested and all(pose.same_as(thing.pose) for pose in ahead):
+            return self._afresh(thing, record, "it rests")  # and may do so all the time
+        return self._keyed(thing, outline, [thing.pose, *ahead], number, record)
+
+    def _outline(self, name: str, body: PointCloud) -> Outline:
+        kept = self._outlines.get(name)
+        if kept is None or kept.body is not body:
+            kept = self._outlines[name] = outline_of(body)
+        return kept
+
+    def _check(self, cloud: PointCloud) -> None:
+        check_showable(cloud, self._slm, self._wavelength, self._coding.passband)
+
+    def _check_body(self, thing: ObjectFrame, outline: Outline) -> None:
+        """What can be shown is convex, so that the rim speaks for all points inside."""
+        assert thing.pose is not None
+        rim = thing.pose.apply(outline.rim)
+        try:
+            self._check(PointCloud(rim, np.ones(len(rim)), np.zeros(len(rim))))
+        except ValueError:
+            self._check(thing.cloud)
 
     def _keyed(
-        self, thing: ObjectFrame, poses: list[Pose], number: int, record: FrameRecord
+        self,
+        thing: ObjectFrame,
+        outline: Outline,
+        poses: list[Pose],
+        number: int,
+        record: FrameRecord,
     ) -> _Track:
         """A new group, if it pays, and the frame from it."""
         aim = _AIM * self._tolerance
         for _ in range(3):
             with record.stage("CON"):
-                plan = planned(thing, self._targets, self._plane, aim)
+                plan = planned(thing, outline, self._targets, self._plane, aim)
                 free = MOST_VALUES - self._held_beside(thing.name)
-                choice = choose(plan, poses, self._targets, self._plane, aim, free, self._always)
+                choice = choose(
+                    plan, outline, poses, self._targets, self._plane, aim, free, self._always
+                )
                 if choice.parts is None:
                     return self._afresh(thing, record, choice.why, number + choice.frames)
-                group = Group(
-                    plan, poses[: choice.frames], choice.parts, self._targets, self._plane, aim
-                )
-            made = self._looked_up(group, thing, aim, record, plan)
+                ahead = poses[: choice.frames]
+                group = Group(plan, outline, ahead, choice.parts, self._targets, self._plane, aim)
+            made = self._looked_up(group, thing, outline, aim, record, plan)
             if made is None:
                 break
             factor, budget = made
@@ -208,6 +238,7 @@ class _Maker:
         self,
         group: Group,
         thing: ObjectFrame,
+        outline: Outline,
         aim: float,
         record: FrameRecord,
         plan: Plan | None = None,
@@ -215,7 +246,7 @@ class _Maker:
         """A frame from a group; None where the group does not reach."""
         if plan is None:
             with record.stage("PA"):
-                plan = planned(thing, self._targets, self._plane, aim)
+                plan = planned(thing, outline, self._targets, self._plane, aim)
         try:
             return group.factor(plan, record)
         except NotCovered:
@@ -307,20 +338,3 @@ class _Maker:
         return signal_of(
             factors, self._slm, self._wavelength, self._window, self._coding.carrier, base
         )
-
-
-def _same(before: ObjectFrame, now: ObjectFrame) -> bool:
-    """Nothing about the object's light changed."""
-    if before.pose is not None and now.pose is not None and before.ids is not None:
-        return (
-            before.body is now.body
-            and before.pose.same_as(now.pose)
-            and now.ids is not None
-            and np.array_equal(before.ids, now.ids)
-        )
-    a, b = before.cloud, now.cloud
-    return a is b or (
-        np.array_equal(a.positions, b.positions)
-        and np.array_equal(a.amplitude, b.amplitude)
-        and np.array_equal(a.phase, b.phase)
-    )

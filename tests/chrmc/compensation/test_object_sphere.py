@@ -9,7 +9,7 @@ from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
 from chrmc.cgh.curved.interface import lines_of, plane_of, reference_cycles
 from chrmc.compensation.ch_rmc_object.chart import path
 from chrmc.compensation.ch_rmc_object.group import Group, cut
-from chrmc.compensation.ch_rmc_object.plan import Plan, planned
+from chrmc.compensation.ch_rmc_object.plan import Plan, outline_of, planned
 from chrmc.compensation.ch_rmc_object.taps import fewer, taps_for
 from chrmc.encoding import coding_for
 from chrmc.reference import relative_error
@@ -38,7 +38,8 @@ def seen(points: PointCloud, turn: list[float], place: list[float]) -> ObjectFra
 def plan_of(thing: ObjectFrame, slm: SLM, tolerance: float, encoding: str = "ssb") -> Plan:
     window = Window.full(slm)
     plane = plane_of(slm, WAVELENGTH, window, coding_for(encoding, slm).passband)
-    return planned(thing, lines_of(slm, window), plane, tolerance)
+    assert thing.body is not None
+    return planned(thing, outline_of(thing.body), lines_of(slm, window), plane, tolerance)
 
 
 def exact(
@@ -111,9 +112,10 @@ def test_the_sphere_holds_a_turning_bodys_light(
     ]
     window = Window.full(SMALL)
     plane = plane_of(SMALL, WAVELENGTH, window, coding_for("ssb", SMALL).passband)
-    plans = [planned(frame, lines_of(SMALL, window), plane, tolerance) for frame in frames]
+    outline = outline_of(points)
+    plans = [planned(frame, outline, lines_of(SMALL, window), plane, tolerance) for frame in frames]
     poses = [frame.pose for frame in frames if frame.pose is not None]
-    group = Group(plans[0], poses, parts, lines_of(SMALL, window), plane, tolerance)
+    group = Group(plans[0], outline, poses, parts, lines_of(SMALL, window), plane, tolerance)
     visible = np.ones(len(points), dtype=bool)
     random = np.random.default_rng(3)
     for number, (frame, plan) in enumerate(zip(frames, plans, strict=True)):
