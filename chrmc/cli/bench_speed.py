@@ -10,6 +10,7 @@ from chrmc.cli.arguments import slm_option, wavelength_option
 from chrmc.slm import SLM
 
 if TYPE_CHECKING:
+    from chrmc.bench.reuse import Reuse
     from chrmc.bench.speed import Timed
 
 
@@ -69,9 +70,23 @@ def command(
         for tolerance in (1e-3, 1e-5):
             encode = partial(encode_signal, scale=scale)
             tell(speed.videos(given, slm, wave, encode, tolerance, last))
+    from chrmc.bench import reuse
+
+    for case in reuse.CASES:
+        if case.points <= most:
+            lines.append(_reused(reuse.reuse(case, slm, wave)))
+            click.echo(lines[-1])
     if out is not None:
         with replacing(out) as part:
             part.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _reused(case: "Reuse") -> str:
+    return (
+        f"{case.name}: object surface {1e3 * case.later:.0f} ms, afresh {1e3 * case.fresh:.0f} ms, "
+        f"first frame {1e3 * case.first:.0f} ms, all frames {case.ratio:.2f} of afresh, "
+        f"error {case.error:.1e} ({case.how[0]})"
+    )
 
 
 def _line(timed: "Timed") -> str:

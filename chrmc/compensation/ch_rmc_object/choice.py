@@ -29,7 +29,8 @@ MOST_VALUES = 100_000_000
 _ENTRY, _PLACE, _LOOK, _TAP = 500.0, 300.0, 3000.0, 250.0
 _CALL, _SERIES, _FRAME = 5e6, 2.5e8, 3e8
 _TERMS = 2.0  # of a tile's series, about
-_WAIT = 16  # frames until reuse is thought of again
+_WAIT = 16  # frames until reuse is thought of again; longer from this share of the cost on
+_HARDLY = 1.3
 _TURN = 2.0  # points that change per radian of turning, in shares of those seen
 
 
@@ -76,8 +77,7 @@ def choose(
         view = views.until(frames)
         if not view.whole:
             break
-        if always:
-            best = np.inf  # the longest that one chart can hold
+        longest = always  # that one chart can hold
         turned = _turned(poses[:frames])
         for parts in _divisions(count):
             half = size / parts
@@ -86,12 +86,13 @@ def choose(
             if number * len(grid.layers) * grid.count[0] * grid.count[1] > most:
                 continue
             cost = _cost(grid, views, count, parts, nodes, half, plan, turned / frames)
-            if cost <= 1.02 * best:
+            if cost <= 1.02 * best or longest:
+                longest = False
                 best, chosen = cost, Choice(parts, frames, "")
     share = best / fresh
     if chosen.parts is None or (share > 1 and not always):
         why = f"looking up would cost {share:.2g} times as much" if share < np.inf else chosen.why
-        return Choice(None, _WAIT, why)
+        return Choice(None, _WAIT if share < _HARDLY else 4 * _WAIT, why)
     number = int(np.prod(chosen.parts))
     return replace(
         chosen,

@@ -25,7 +25,7 @@ from chrmc.scene.scene import ObjectFrame, Pose
 
 Floats = NDArray[np.float64]
 _MANY = 2000  # points from which some stand for all
-_DIRECTIONS, _ROOM = 400, 1.01  # in which the rim is sought, and how much larger it is taken
+_DIRECTIONS, _ROOM = 200, 1.02  # in which the rim is sought, and how much larger it is taken
 _FILTER_SHARE = 0.75  # of the tolerance that filters may take; beyond it strips come from points
 
 
@@ -74,8 +74,9 @@ def outline_of(body: PointCloud) -> Outline:
         k = np.arange(_DIRECTIONS) + 0.5
         height, turn = 1 - 2 * k / _DIRECTIONS, k * pi * (3 - sqrt(5))
         across = np.sqrt(1 - height**2)
-        ways = np.stack([across * np.cos(turn), height, across * np.sin(turn)])
-        own = _ROOM * own[np.unique(np.argmax(own @ ways, axis=0))]
+        ways = np.column_stack([across * np.cos(turn), height, across * np.sin(turn)])
+        single = np.ascontiguousarray(own.T, dtype=np.float32)
+        own = _ROOM * own[np.unique(np.argmax(ways.astype(np.float32) @ single, axis=1))]
     return Outline(body, middle, size, own + middle)
 
 
