@@ -1,8 +1,9 @@
-"""What reuse on the object surface saves: the same frames looked up and computed afresh, in turn."""
+"""What reuse on the object surface saves: frames looked up, and the same computed afresh."""
 
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,28 +115,21 @@ def reuse(
     scene, coding = ellipsoid_scene(case), coding_for("ssb", slm)
     for number in range(1, case.frames + 1):
         scene.frame(number)
-    video: dict[str, Iterator[VideoFrame]] = {
-        name: chrmc.video(
-            scene,
-            slm,
-            wavelength,
-            cgh="curved",
-            compensation=name,
-            coding=coding,
-            tolerance=tolerance,
-            **options,
-        )  # fmt: skip
-        for name, options in (
-            ("ch-rmc-object", {"reuse": "always" if always else "auto"}),
-            ("none", {}),
-        )
+
+    def video(name: str, **options: str) -> Iterator[VideoFrame]:
+        given: dict[str, Any] = {**options, "tolerance": tolerance, "coding": coding}
+        return chrmc.video(scene, slm, wavelength, cgh="curved", compensation=name, **given)
+
+    videos = {
+        "object": video("ch-rmc-object", reuse="always" if always else "auto"),
+        "none": video("none"),
     }
-    seconds: dict[str, list[float]] = {name: [] for name in video}
+    seconds: dict[str, list[float]] = {name: [] for name in videos}
     rows, columns = _pixels(slm)
     how: list[str] = []
     error = 0.0
     for number in range(1, case.frames + 1):
-        for name, frames in video.items():
+        for name, frames in videos.items():
             start = clock()
             frame = next(frames)
             signal = frame.signal
@@ -148,7 +142,7 @@ def reuse(
                         frame.cloud, slm, wavelength, rows, columns, passband=coding.passband
                     )
                     error = max(error, relative_error(frame.field[rows, columns], truth))
-    looked_up, afresh = seconds["ch-rmc-object"], seconds["none"]
+    looked_up, afresh = seconds["object"], seconds["none"]
     return Reuse(
         case.name, float(np.median(looked_up[1:])), float(np.median(afresh[1:])), looked_up[0],
         sum(looked_up) / sum(afresh), error, (how[0], how[-1]),
