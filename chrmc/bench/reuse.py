@@ -118,7 +118,7 @@ def reuse(
 
     def video(name: str, **options: str) -> Iterator[VideoFrame]:
         given: dict[str, Any] = {**options, "tolerance": tolerance, "coding": coding}
-        return chrmc.video(scene, slm, wavelength, cgh="curved", compensation=name, **given)
+        return chrmc.video(scene, slm, wavelength, compensation=name, **given)
 
     videos = {
         "object": video("ch-rmc-object", reuse="always" if always else "auto"),
