@@ -37,7 +37,7 @@ def checked(content: Any) -> dict[str, Any]:
     frames = _needed(manifest, "frames")
     if not isinstance(frames, list):
         raise ValueError(f"frames must be a list, not {short(frames)}")
-    checked_frames = [_frame(entry) for entry in frames]
+    checked_frames = [checked_frame(entry) for entry in frames]
     numbers = [entry["number"] for entry in checked_frames]
     if len(set(numbers)) != len(numbers):
         raise ValueError("a frame is listed twice")
@@ -51,7 +51,7 @@ def checked(content: Any) -> dict[str, Any]:
             "form": _text("the scene's form", scene.get("form", "points")),
             "pixel_pitch": SCENE_PITCH.of(_needed(scene, "pixel_pitch")),
         },
-        "methods": _mapping("methods", _needed(manifest, "methods")),
+        "methods": _methods(_needed(manifest, "methods")),
         "scale": SCALE.of(_needed(manifest, "scale")),
         "group": GROUP.of(manifest.get("group", GROUP.high)),
         "response": _response(manifest.get("response")),
@@ -67,12 +67,32 @@ def plain_file(name: Any) -> str:
     return str(name)
 
 
-def _frame(entry: Any) -> dict[str, Any]:
+def _methods(value: Any) -> dict[str, Any]:
+    methods = _mapping("methods", value)
+    for kind in ("cgh", "compensation"):
+        named = methods.get(kind, "")
+        if isinstance(named, dict):
+            for key, text in named.items():
+                _text(f"methods' {kind} {key}", text)
+        else:
+            _text(f"methods' {kind}", named)
+    return methods
+
+
+def checked_frame(entry: Any) -> dict[str, Any]:
+    """A frame's entry with plain types; ValueError names what is wrong."""
     frame = _mapping("a frame", entry)
     number = FRAME.of(_needed(frame, "number"))
     objects = frame.get("objects", [])
     if not isinstance(objects, list):
         raise ValueError(f"frame {number}: objects must be a list")
+    for key in ("error_reference", "error_reuse", "error_predicted"):
+        if frame.get(key) is not None:
+            real(f"frame {number}: {key}", frame[key])
+    for stage, seconds in _mapping(
+        f"frame {number}: stage_seconds", frame.get("stage_seconds", {})
+    ).items():
+        real(f"frame {number}: seconds of {stage}", seconds)
     return {
         **frame,
         "number": number,

@@ -10,6 +10,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeGuard
 
+from chrmc.ranges import short
+
 MODULE_PREFIX = "chrmc_python_file_"
 """Names of the modules that such files become."""
 
@@ -109,10 +111,13 @@ def identity(method: Any) -> Any:
 
 def label(method: Any) -> str:
     """A method's name for messages, from the method or from what `identity` says of it."""
-    if isinstance(method, dict):
-        file = f"{method['file']}:" if "file" in method else ""
-        return f"{file}{method.get('function', 'unknown')}"
-    return method if isinstance(method, str) else label(identity(method))
+    if isinstance(method, str):
+        return method
+    said = method if isinstance(method, dict) else identity(method)
+    if not isinstance(said, dict):
+        return short(said)
+    file = f"{said['file']}:" if "file" in said else ""
+    return f"{file}{said.get('function', 'unknown')}"
 
 
 def _hash(path: Path) -> str:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from chrmc.compensation.ledger import FrameRecord
 from chrmc.files import read_json, sha256, sweep, write_json
-from chrmc.manifest import FORMAT, checked, plain_file
+from chrmc.manifest import FORMAT, checked, checked_frame, plain_file
 from chrmc.pictures import read_grey, write_grey
 from chrmc.ranges import short
 from chrmc.slm import SLM
@@ -149,13 +149,22 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 
 def _with_groups(folder: Path, entries: list[Any]) -> Iterator[Any]:
     """The manifest's entries, then those of group records that it does not name yet."""
-    known = {entry.get("number") for entry in entries if isinstance(entry, dict)}
+    known = [entry.get("number") for entry in entries if isinstance(entry, dict)]
+    numbers = {number for number in known if isinstance(number, int)}
     yield from entries
     for path in group_records(folder):
-        for entry in read_json(path, "hologram video")["frames"]:
-            if entry["number"] not in known:
-                known.add(entry["number"])
+        for entry in group_entries(path):
+            if entry["number"] not in numbers:
+                numbers.add(entry["number"])
                 yield entry
+
+
+def group_entries(path: Path) -> list[Entry]:
+    """The frames of a group's record; ValueError for what is none."""
+    content = read_json(path, "hologram video")
+    if not isinstance(content, dict) or not isinstance(content.get("frames"), list):
+        raise ValueError(f"{path} is no record of a group: remove it")
+    return [checked_frame(entry) for entry in content["frames"]]
 
 
 def group_records(folder: Path) -> list[Path]:
@@ -245,7 +254,7 @@ class VideoWriter:
         """Take in the records of groups; their paths."""
         paths = group_records(self.folder)
         for path in paths:
-            for entry in read_json(path, "hologram video")["frames"]:
+            for entry in group_entries(path):
                 self.entries[int(entry["number"])] = entry
         return paths
 
