@@ -77,12 +77,10 @@ def _at_exit(end: Callable[[], None]) -> None:
 
 
 def _clean_up_x11() -> None:
-    from display.x11 import Desktop
+    from display.x11 import desktop
 
     with contextlib.suppress(OSError):  # GLFW will say why there is no display
-        desktop = Desktop()
-        desktop.forget_dead_manager()
-        desktop.close()
+        desktop().forget_dead_manager()
 
 
 _REMEDY = "start it in a graphical session, or use --headless"
@@ -129,14 +127,9 @@ def _labels(glfw: Any, handles: Sequence[Any]) -> list[str]:
         return [""] * len(names)  # there GLFW's name is the label
     by_output = drm_labels()
     if platform == glfw.PLATFORM_X11:
-        from display.x11 import Desktop
+        from display.x11 import desktop
 
-        try:
-            desktop = Desktop()
-        except OSError:
-            return [by_output.get(name, "") for name in names]
-        by_output |= desktop.labels()
-        desktop.close()
+        by_output |= desktop().labels()
     return [by_output.get(name, "") for name in names]
 
 

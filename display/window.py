@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from chrmc.slm import SLM
 from display.monitors import Monitor, choose, glfw_ready, last_error, list_monitors, same
 from display.placement import box_of, in_place, open_on
-from display.x11 import Desktop
+from display.x11 import desktop
 
 _KEYS = ("escape", "space", "left", "right", "home", "end", "page_up", "page_down", "enter", "l")
 _DIGITS = tuple("0123456789")
@@ -64,7 +64,7 @@ class Window:
         self._trouble = ""
         self._ramp: Any = None
         self._awake: subprocess.Popen[bytes] | None = None
-        self._desktop = Desktop() if glfw.get_platform() == glfw.PLATFORM_X11 else None
+        self._desktop = desktop() if glfw.get_platform() == glfw.PLATFORM_X11 else None
         self.window_manager = self._desktop.window_manager() if self._desktop else ""
         self._box = None if windowed else box_of(self.monitor)
         self.place, self.cover = "", ""
@@ -316,6 +316,3 @@ class Window:
         if self._window:
             self._glfw.destroy_window(self._window)
             self._window = None
-        if self._desktop is not None:
-            self._desktop.close()
-            self._desktop = None

@@ -1,9 +1,10 @@
 """What GLFW does not say on X11: labels, the window manager, what lies over a window, pixels."""
 
 import contextlib
+import os
 import threading
 from collections.abc import Callable
-from functools import wraps
+from functools import cache, wraps
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -30,7 +31,7 @@ def _in_turn(method: Callable[P, T]) -> Callable[P, T]:
 
 
 class Desktop:
-    """A connection of its own to the X server of DISPLAY; OSError where there is none.
+    """A connection to the X server of DISPLAY, beside GLFW's; OSError where there is none.
 
     Any thread may use it: requests take turns.
     """
@@ -136,12 +137,6 @@ class Desktop:
         ours.configure(stack_mode=self._x.Above)
         self._display.sync()
 
-    @_in_turn
-    def close(self) -> None:
-        """Close the connection."""
-        with contextlib.suppress(Exception):  # the server may be gone
-            self._display.close()
-
     def _window_of(self, window: Any, name: str) -> Any:
         """The living window that a property names, or None."""
         with contextlib.suppress(self._failure):
@@ -169,6 +164,20 @@ class Desktop:
                 if name:
                     return name if isinstance(name, str) else name.decode(errors="replace")
         return ""
+
+
+def desktop() -> Desktop:
+    """This process's connection, kept to its end.
+
+    A bare X server starts afresh when its last client leaves: a connection that comes and goes
+    would pull it away from under GLFW.
+    """
+    return _connection(os.environ.get("DISPLAY", ""))
+
+
+@cache
+def _connection(_name: str) -> Desktop:
+    return Desktop()
 
 
 def overlap(one: Box, other: Box) -> bool:
