@@ -1,21 +1,12 @@
-"""A complex field as 8-bit grey levels of an amplitude SLM.
+"""A complex field as 8-bit grey levels of a panel.
 
 Single sideband: the field keeps |f_y| < 1/4p, a carrier exp(+2πi·y/4p) lifts it to 0 < f_y < 1/2p,
 and the real part is taken; what that mirrors to f_y < 0 is blocked in the 4-f system's Fourier
 plane, together with the bias. So the signal is s = Re(U·carrier), and the amplitude wanted of the
-panel is 0.5 + 0.5·clip(s/scale, −1, 1).
-
-Other encodings of the same carrier, decoded by the same filter and the same scale:
-
-bipolar : Re(U·R*) of a plane reference R = carrier* (Lucente 1993): as above, but without the
-    filter, so that what the field has beyond its half band folds over into the image.
-burch : 0.5 + 0.5·|U|/peak·cos(arg U + carrier) (Burch 1967): the same signal with the scale at
-    the field's largest modulus, so that nothing is clipped and less light is diffracted.
-offaxis : |U + R|² of an off-axis reference of modulus `scale`, as interference on a camera gives
-    it: 0.25 + 0.5·s/scale + |U|²/4·scale²; the last term is noise around the zero order.
+panel is 0.5 + 0.5·clip(s/scale, −1, 1). `chrmc.encodings` has this and the other encodings.
 """
 
-from math import log, sqrt
+from math import sqrt
 
 import numpy as np
 import scipy.fft
@@ -27,9 +18,6 @@ from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
 from chrmc.survey import survey
 from chrmc.threads import workers
-
-SIGMAS = 3.0
-"""Signal clipped at this many standard deviations: 0.3 % of pixels, 59 dB in the reconstruction."""
 
 _BLOCK = 32  # rows at a time, so that a block stays in the cache through all its steps
 
@@ -46,26 +34,57 @@ def encode(
     """Grey levels that show a field.
 
     field : (H, W) complex, on the SLM's pixels
-    method : "ssb" (single sideband, what the 4-f system decodes), "real" (plain real part),
-        "bipolar", "burch" or "offaxis"
+    method : one of `chrmc.encoding.CODINGS`, such as "ssb" (single sideband)
     scale : signal at which the grey range ends; one for a whole video (`video_scale`), default
-        three standard deviations of this field's own signal, for "burch" its largest modulus.
-        A dark field is mid grey
+        the encoding's own of this field, mostly three standard deviations of its signal. A dark
+        field is mid grey
     response : what grey levels do on the panel, default amplitude = grey/255
-    band_limited : the field keeps to |f_y| < 1/4p already, so the filter can be left out
+    band_limited : the field keeps to the passband already, so the filter can be left out
+
+    The levels are those that the SLM's `bits` allow, 2^bits of them spread over 0 … 255.
 
     Returns uint8 (H, W). Raises ValueError for NaN, another shape, or a scale that is not positive.
     """
-    signal = signal_of(field, slm, method, band_limited)
-    if scale is None and method == "burch":
-        scale = float(np.abs(field).max())
-    elif scale is None:
-        scale = SIGMAS * sqrt(float(np.mean(np.square(signal), dtype=np.float64)))
-    if method == "offaxis" and scale > 0:
-        # What |U + R|² has besides the bias and the signal; −0.25 moves the bias to 0.25.
-        modulus2 = np.square(field.real) + np.square(field.imag)
-        signal += (modulus2 / (2 * scale) - 0.5 * scale).astype(np.float32)
-    return encode_signal(signal, scale, response, in_place=True)
+    coding = coding_for(method, slm)
+    field = check_field(field, slm)
+    if coding.limits and not band_limited:
+        field = limit_band(field.astype(np.complex64), slm, coding)
+    signal = signal_of(field, slm, method, band_limited=True)
+    if scale is None:
+        scale = _own_scale(coding, field, signal)
+    if not (np.isfinite(scale) and scale >= 0):
+        raise ValueError(f"scale must be positive, not {scale}")
+    if coding.levels is not None:
+        return coding.levels(field, signal, scale, slm, response)
+    return encode_signal(signal, scale, response, in_place=True, bits=slm.bits)
+
+
+def scale_for(field: NDArray[np.complexfloating], slm: SLM, method: str = "ssb") -> float:
+    """The scale that `encode` takes for a single field; 0 for a dark one."""
+    coding = coding_for(method, slm)
+    return _own_scale(coding, check_field(field, slm), signal_of(field, slm, method))
+
+
+def _own_scale(
+    coding: Coding, field: NDArray[np.complexfloating], signal: NDArray[np.float32]
+) -> float:
+    if coding.own_scale is not None:
+        return coding.own_scale(field, signal)
+    return coding.sigmas * sqrt(float(np.mean(np.square(signal), dtype=np.float64)))
+
+
+def check_field(field: NDArray[np.complexfloating], slm: SLM) -> NDArray[np.complexfloating]:
+    """The field as an array, or ValueError unless it has the SLM's pixels and all are finite."""
+    field = np.asarray(field)
+    if field.shape != slm.shape:
+        raise ValueError(
+            f"field is {field.shape} but {slm.name} has (rows, columns) = {slm.shape}; compute it "
+            "on the SLM's own pixels"
+        )
+    if not np.isfinite(field.sum()) and not np.isfinite(field).all():
+        bad = np.count_nonzero(~np.isfinite(field))
+        raise ValueError(f"field has {bad} NaN or infinite pixels; every one must be finite")
+    return field
 
 
 def signal_of(
@@ -76,19 +95,11 @@ def signal_of(
 ) -> NDArray[np.float32]:
     """The real signal of a field, Re(U·carrier), before bias and scale: float32 (H, W)."""
     coding = coding_for(method, slm)
-    field = np.asarray(field)
-    if field.shape != slm.shape:
-        raise ValueError(
-            f"field is {field.shape} but {slm.name} has (rows, columns) = {slm.shape}; compute it "
-            "on the SLM's own pixels"
-        )
-    if not np.isfinite(field.sum()) and not np.isfinite(field).all():
-        bad = np.count_nonzero(~np.isfinite(field))
-        raise ValueError(f"field has {bad} NaN or infinite pixels; every one must be finite")
+    field = check_field(field, slm)
     if coding.carrier == 0:
         return np.array(field.real, dtype=np.float32)
     field = np.asarray(field, dtype=np.complex64)
-    if method == "ssb" and not band_limited:
+    if coding.limits and not band_limited:
         field = limit_band(field, slm, coding)
     cycles = coding.carrier * slm.y()
     turn = 2 * np.pi * (cycles - np.rint(cycles))[:, None]
@@ -106,16 +117,19 @@ def signal_of(
 
 
 def limit_band(field: NDArray[np.complex64], slm: SLM, coding: Coding) -> NDArray[np.complex64]:
-    """The field without frequencies |f_y| ≥ the coding's passband; (H, W) complex64.
+    """The field without frequencies beyond the coding's passband; (H, W) complex64.
 
-    Along y only, and on the SLM's own rows: padding would cut the field off at the edges and so
-    bring new frequencies in, where a field that keeps to the band already shall pass unchanged.
+    On the SLM's own rows and columns: padding would cut the field off at the edges and so bring
+    new frequencies in, where a field that keeps to the band already shall pass unchanged.
     """
-    spectrum = scipy.fft.fft(field, axis=0, workers=workers())
-    spectrum[np.abs(scipy.fft.fftfreq(slm.height, slm.pixel_pitch)) >= coding.passband.fy_max] = 0
-    limited: NDArray[np.complex64] = scipy.fft.ifft(
-        spectrum, axis=0, workers=workers(), overwrite_x=True
-    )
+    limited = np.asarray(field, dtype=np.complex64)
+    for axis, edge in ((0, coding.passband.fy_max), (1, coding.passband.fx_max)):
+        beyond = np.abs(scipy.fft.fftfreq(slm.shape[axis], slm.pixel_pitch)) >= edge
+        if edge >= slm.nyquist:
+            continue
+        spectrum = scipy.fft.fft(limited, axis=axis, workers=workers())
+        spectrum[beyond if axis == 0 else (slice(None), beyond)] = 0
+        limited = scipy.fft.ifft(spectrum, axis=axis, workers=workers(), overwrite_x=True)
     return limited
 
 
@@ -125,6 +139,7 @@ def encode_signal(
     response: GreyResponse | None = None,
     *,
     in_place: bool = False,
+    bits: int = 8,
 ) -> NDArray[np.uint8]:
     """Grey levels of a real signal: 0.5 + 0.5·clip(signal/scale, −1, 1) as amplitude.
 
@@ -132,6 +147,7 @@ def encode_signal(
     scale : signal at which the grey range ends; 0 only where the signal is 0 everywhere
     response : default amplitude = grey/255, so grey = rint(255·amplitude)
     in_place : the signal may be used up as working memory
+    bits : grey-level depth of the panel: 2^bits levels, spread evenly over 0 … 255
 
     Returns uint8 (H, W).
     """
@@ -147,7 +163,13 @@ def encode_signal(
             raise ValueError("scale is 0 but the signal is not: take video_scale of its scene")
         scale = 1.0
     table = None if response is None or response.is_linear else response.table
-    half = np.float32(127.5 if table is None else (len(table) - 1) / 2)
+    # What the nearest step of the amplitude becomes; none is needed where it is the grey itself.
+    lookup = table
+    if bits != 8:
+        allowed = allowed_levels(bits)
+        steps = len(allowed) - 1
+        lookup = allowed if table is None else allowed[np.rint(table / 255 * steps).astype(int)]
+    half = np.float32(127.5 if lookup is None else (len(lookup) - 1) / 2)
     factor = np.float32(half / scale)
     frame = np.empty(signal.shape, dtype=np.uint8)
     work = np.empty((_BLOCK, signal.shape[1]), dtype=np.float32)
@@ -160,11 +182,19 @@ def encode_signal(
         level += half
         np.clip(level, 0, 2 * half, out=level)
         np.rint(level, out=level)
-        if table is None:
+        if lookup is None:
             frame[row : row + _BLOCK] = level
         else:
-            np.take(table, level.astype(np.int32), out=frame[row : row + _BLOCK])
+            np.take(lookup, level.astype(np.int32), out=frame[row : row + _BLOCK])
     return frame
+
+
+def allowed_levels(bits: int) -> NDArray[np.uint8]:
+    """The (2^bits,) grey levels of a panel of so many bits, spread evenly over 0 … 255."""
+    if not 1 <= bits <= 8:
+        raise ValueError(f"a panel has 1 to 8 bits of grey, not {bits}")
+    count = 1 << bits
+    return np.rint(np.arange(count) * 255 / (count - 1)).astype(np.uint8)
 
 
 def video_scale(
@@ -184,10 +214,6 @@ def scale_of(power: float, slm: SLM, coding: Coding, sigmas: float | None = None
     Points of random phase add in power, so that frame's signal is expected to have the variance
     power/2.
 
-    sigmas : signal at which the grey range ends, in standard deviations; default 3, for "burch"
-        the modulus √(ln N)·rms that fully developed speckle reaches once in the SLM's N pixels
+    sigmas : signal at which the grey range ends, in standard deviations; default the encoding's
     """
-    if sigmas is None:
-        peak = sqrt(2 * log(slm.width * slm.height))
-        sigmas = peak if coding.name == "burch" else SIGMAS
-    return sigmas * sqrt(power / 2)
+    return (coding.sigmas if sigmas is None else sigmas) * sqrt(power / 2)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.grey_levels import SIGMAS, encode, signal_of
+from chrmc.grey_levels import encode, scale_for
 from chrmc.response import GreyResponse
 from chrmc.slm import LC_R_1080, SLM
 from display.log import Flip, FlipLog
@@ -126,8 +126,7 @@ class Screen:
         frame = np.asarray(frame)
         if np.iscomplexobj(frame):
             if self.scale is None:
-                signal = signal_of(frame, self.slm, self.encoding)
-                self.scale = SIGMAS * float(np.sqrt(np.mean(signal**2, dtype=np.float64))) or None
+                self.scale = scale_for(frame, self.slm, self.encoding) or None
             return encode(frame, self.slm, self.encoding, self.scale or 1.0, response=self.response)
         if frame.dtype != np.uint8:
             raise ValueError(

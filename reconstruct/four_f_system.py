@@ -11,9 +11,9 @@ enlarge it by focal2/focal1. Here the image is always shown as a camera turned b
 by the magnification would: on the SLM's own pixels, a point at (x, y, z) at pixel (x, y).
 
 Units: amplitude = 0.5 + 0.5·Re(U·carrier)/scale is what the encoder wrote, so one sideband holds
-U/(4·scale). The field here is multiplied by 4·scale: it reproduces U where `scale` is the video's,
-and U/scale where it is left at 1. The plain real part without a sideband gives U + U*, the twin
-image included.
+U/(4·scale); other encodings have gains of their own. The field here is multiplied by gain·scale:
+it reproduces U where `scale` is the video's, and U/scale where it is left at 1. The plain real
+part without a sideband gives U + U*, the twin image included.
 """
 
 from dataclasses import dataclass, replace
@@ -37,9 +37,6 @@ from chrmc.response import GreyResponse
 from chrmc.slm import SLM, WAVELENGTH
 from chrmc.threads import workers
 from reconstruct.bench import Bench, Filter
-
-GAIN = 4.0
-"""One sideband of the amplitude 0.5 + 0.5·Re(U·carrier)/scale is U·carrier/(4·scale)."""
 
 
 @dataclass(frozen=True)
@@ -115,13 +112,14 @@ class FourF:
                 f"aberration is {np.shape(aberration)}, but the SLM is {slm.shape} pixels"
             )
         half_plane = self.bench.filter.half_plane
-        self._half_plane = self.coding.carrier > 0 if half_plane is None else half_plane
+        self._half_plane = self.coding.half_plane if half_plane is None else half_plane
         self._transmission: NDArray[np.float32] | None = None
         self._plane: Propagator | None = None
 
     def amplitude(self, frame: NDArray[np.uint8]) -> NDArray[np.float32] | NDArray[np.complex64]:
         """(H, W) wave that leaves the panel; complex where illumination or panel shift phase."""
-        wave = self.response.amplitude(check_frame(frame, self.slm))
+        frame = check_frame(frame, self.slm)
+        wave = (self.coding.wave or self.response.amplitude)(frame)
         if self.bench.illumination is not None:
             wave = wave * self.bench.illumination.wave(self.slm, self.wavelength)
         if self.bench.aberration is not None:
@@ -152,9 +150,15 @@ class FourF:
         y, x = self.fourier_coordinates()
         unit = self.wavelength * self.bench.focal1
         light = (unit * self.coding.carrier if self._half_plane else 0.0, 0.0)
-        passed = self.bench.filter.transmission(y, x, unit * self.slm.nyquist, light)
+        chosen, aperture = self.bench.filter, self.coding.aperture
+        if self.coding.zero_order:
+            chosen = replace(chosen, dc_block=None)
+        passed = chosen.transmission(y, x, unit * self.slm.nyquist, light)
         if self._half_plane:
             passed[y <= 0] = 0
+        if aperture is not None and chosen.aperture is None:
+            passed[np.abs(y) >= unit * aperture.fy_max] = 0
+            passed[:, np.abs(x) >= unit * aperture.fx_max] = 0
         return passed
 
     def fourier_plane(self, frame: NDArray[np.uint8]) -> NDArray[np.complex64]:
@@ -164,6 +168,8 @@ class FourF:
             wave = self._through_lens(wave, self.bench.focal1, self.bench.lens1)
         spectrum = scipy.fft.fft2(wave, s=self._grid, norm="ortho", workers=workers())
         fill = self.bench.fill_factor
+        if fill is None and self.slm.fill_factor < 1:
+            fill = self.slm.fill_factor
         if fill is not None:
             # Square active areas of side p·√fill: an envelope over the orders.
             side = self.slm.pixel_pitch * np.sqrt(fill)
@@ -217,7 +223,7 @@ class FourF:
     def decode(self, plane: NDArray[np.complex64]) -> NDArray[np.complex64]:
         """(H, W) complex field in the image plane, from `fourier_plane`."""
         wave = self._image_wave(plane)
-        wave *= np.float32(GAIN * self.scale)
+        wave *= np.float32(self.coding.gain * self.scale)
         if self.coding.carrier:
             wave *= cycles_to_phasor(-self.coding.carrier * self.slm.y())[:, None]
         return wave
@@ -235,6 +241,8 @@ class FourF:
     def band(self) -> Passband:
         """What a decoded field occupies."""
         nyquist = self.slm.nyquist
+        if self.coding.aperture is not None and self.bench.filter.aperture is None:
+            return self.coding.aperture
         one_sided = self._half_plane and self.coding.carrier
         return Passband(nyquist, nyquist / 2 if one_sided else nyquist)
 

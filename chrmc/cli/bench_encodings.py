@@ -38,7 +38,7 @@ def command(
     light: share of the laser's light that reaches the image. clipped: pixels at the end of the
     grey range. error: of the decoded complex field, relative L2, the best complex factor taken
     off. PSNR: of the object's picture at its depth. Both against the same field before encoding,
-    limited to the half band that a single sideband keeps ("real" to the full band), once for a
+    limited to the band that the encoding keeps, once for a
     field that the generator limited and once for one that fills the panel's whole band.
     """
     from chrmc.recipe import recipe_for, scene_wavelength
@@ -60,13 +60,13 @@ def command(
     rows = measure(scene_frame.cloud, slm, wave, depth, box, recipe.cgh, recipe.options)
     click.echo(f"frame {frame} of {given.name}, images at the {thing}, {depth * 1e3:.2f} mm")
     click.echo(
-        f"{'encoding':<10}{'light':>9}{'clipped':>9}{'error':>9}{'PSNR':>10}"
+        f"{'encoding':<16}{'light':>9}{'clipped':>9}{'error':>9}{'PSNR':>10}"
         f"{'error':>12}{'PSNR':>10}"
     )
-    click.echo(f"{'':<10}{'':>9}{'':>9}{'field kept to half band':>19}{'whole band':>18}")
+    click.echo(f"{'':<16}{'':>9}{'':>9}{'field kept to half band':>19}{'whole band':>18}")
     for row in rows:
         click.echo(
-            f"{row['encoding']:<10}{row['light']:>9.3%}{row['clipped']:>9.2%}"
+            f"{row['encoding']:<16}{row['light']:>9.3%}{row['clipped']:>9.2%}"
             f"{row['error']:>9.2%}{row['psnr']:>7.1f} dB"
             f"{row['error_whole']:>12.2%}{row['psnr_whole']:>7.1f} dB"
         )
@@ -123,7 +123,7 @@ def measure(
         row: dict[str, Any] = {"encoding": name}
         for suffix, field in (("", limited), ("_whole", whole)):
             frame = encode(field, slm, name)
-            truth = field if name == "real" else limit_band(field, slm, half)
+            truth = limit_band(field, slm, coding_for(name, slm))
             decoded = system.field(frame)
             if not suffix:
                 row["light"] = system.energy(frame).efficiency

@@ -23,7 +23,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from chrmc.optics.propagation import cycles_to_phasor, soft_edge, spread
-from reconstruct.four_f_system import GAIN, FourF, check_distance
+from reconstruct.four_f_system import FourF, check_distance
 
 BUDGET = 1_200_000
 """Samples of the transforms: 20 ms on one core."""
@@ -102,10 +102,9 @@ def coarse_field(
         # Taking the carrier off moves the spectrum by whole samples.
         cropped = _crop(plane, shape, first)
         cropped *= _crop(system.transmission(), shape, first)
-        cropped *= np.complex64(
-            GAIN * system.scale * np.exp(1j * np.pi * first * (1 - 1 / slm.height))
-        )
-        total = _passed(plane, system.transmission()) * (GAIN * system.scale) ** 2
+        unit = system.coding.gain * system.scale
+        cropped *= np.complex64(unit * np.exp(1j * np.pi * first * (1 - 1 / slm.height)))
+        total = _passed(plane, system.transmission()) * unit**2
     else:
         whole = scipy.fft.fft2(system.decode(plane), norm="ortho", workers=1)
         cropped = _crop(whole, shape, 0)

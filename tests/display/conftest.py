@@ -234,6 +234,9 @@ def managed(
         (tmp_path / "overlay").write_text("background: none\n")
         (tmp_path / "init").write_text(f"session.styleOverlay: {tmp_path}/overlay\n")
         command += ["-rc", str(tmp_path / "init")]
+    if name == "twm":  # it asks where each window shall go, and holds the server meanwhile
+        (tmp_path / "twmrc").write_text("RandomPlacement\n")
+        command += ["-f", str(tmp_path / "twmrc")]
     manager = two_monitors.run_beside(*command)
     check = ("xprop", "-root", "_NET_SUPPORTING_WM_CHECK")
     deadline = time.monotonic() + 30

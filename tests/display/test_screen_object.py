@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 import display
-from chrmc.grey_levels import SIGMAS, encode, signal_of
+from chrmc.encoding import SIGMAS
+from chrmc.grey_levels import encode, signal_of
 from chrmc.pictures import read_grey
 from chrmc.slm import LC_R_1080
 from display.start import parse_time
