@@ -107,11 +107,7 @@ def field(
         for axis, span in ((0, window.rows), (1, window.columns))
     )
     shape = (grid[0], grid[1])
-    if shape[0] * shape[1] > _LARGEST:
-        raise ValueError(
-            f"wrp would need a grid of {shape[1]} × {shape[0]} samples for points up to "
-            f"{z.max():.4g} m away: use rt, fresnel or curved"
-        )
+    _check_grid(shape, z)
     kept = Kept() if cache is None else cache
     total = np.zeros(shape, dtype=np.complex64)
     for i, plane in zip(used, recorded, strict=True):
@@ -192,6 +188,14 @@ class RecordedPlane:
     depth: float
 
 
+def _check_grid(shape: tuple[int, int], z: NDArray[np.float64]) -> None:
+    if shape[0] * shape[1] > _LARGEST:
+        raise ValueError(
+            f"wrp would need a grid of {shape[1]} × {shape[0]} samples for points up to "
+            f"{z.max():.4g} m away: use rt, fresnel or curved"
+        )
+
+
 def record_plane(
     cloud: PointCloud,
     slm: SLM,
@@ -214,10 +218,9 @@ def record_plane(
     patch_y = patch_y * (cloud.amplitude * once)[:, None].astype(np.complex64)
     reach_y, reach_x = (patch_y.shape[1] - 1) // 2, (patch_x.shape[1] - 1) // 2
     top, left = int(row.min()) - reach_y, int(column.min()) - reach_x
-    canvas = np.zeros(
-        (int(row.max()) + reach_y + 1 - top, int(column.max()) + reach_x + 1 - left),
-        dtype=np.complex64,
-    )
+    shape = (int(row.max()) + reach_y + 1 - top, int(column.max()) + reach_x + 1 - left)
+    _check_grid(shape, z)
+    canvas = np.zeros(shape, dtype=np.complex64)
     for j in range(len(cloud)):
         my, mx = half_y[j], half_x[j]
         r, c = row[j] - top, column[j] - left

@@ -140,6 +140,7 @@ def test_refusals() -> None:
         chrmc.compute_field(cloud, LC_R_1080, WAVELENGTH, "wrp", planes=[-0.1])
     with pytest.raises(ValueError, match="guard"):
         chrmc.compute_field(cloud, LC_R_1080, WAVELENGTH, "wrp", guard=-1)
-    far = chrmc.PointCloud(np.array([[0, 0, 4e4]]), np.ones(1), np.zeros(1))
-    with pytest.raises(ValueError, match="use rt"):
-        chrmc.compute_field(far, LC_R_1080, WAVELENGTH, "wrp")
+    far = chrmc.PointCloud(np.array([[0, 0, 190.0]]), np.ones(1), np.zeros(1))
+    for wavelength in (WAVELENGTH, 10.6e-6):  # the planes, and already one point's patch
+        with pytest.raises(ValueError, match="use rt"):
+            chrmc.compute_field(far, LC_R_1080, wavelength, "wrp")
