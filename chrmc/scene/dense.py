@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from chrmc.scene import models
 from chrmc.scene.car_house import PITCH, SHAPE, actors
 from chrmc.scene.models import MM
-from chrmc.scene.point_scene import PointScene
 from chrmc.scene.rgbd import PLANES
 from chrmc.scene.rgbd_scene import RGBDScene
+from chrmc.scene.scene import Scene
 from chrmc.scene.shapes import Paint, Part, Solid
 from chrmc.scene.surface.cast import Cast
 from chrmc.scene.surface.shading import Lamp
@@ -41,7 +41,7 @@ def cast() -> Cast:
     )
 
 
-def car_house_dense() -> PointScene:
+def car_house_dense() -> Scene:
     """The scene as body-fixed points."""
     return cast().points()
 

@@ -1,6 +1,6 @@
 """From a world of files to bodies of the right size, at their places, moving."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
 
@@ -112,20 +112,27 @@ def _placed(
     place = np.array([x or 0.0, y or 0.0, z])
     # The middle in the file's axes: where the first frame's bounds have theirs.
     middle = turn.T @ ((low + high) / 2)
-    count = max([1, *(len(p) for p in model.poses.values())])
+    count = max([model.frames, *(len(p) for p in model.poses.values())])
     own = count if thing.motion.kind == "own" else 1
     if own > 1 and world.rate and model.rate:
         own = max(1, int((own - 1) * world.rate / model.rate) + 1)
     motion = _motion(thing, world, scale, turn, place)
     frames = world.frames or max(own, len(motion))
+
+    def frame_of(n: int) -> int:
+        """The file's own frame that is shown in frame n, from 0."""
+        if own == 1:
+            return 0
+        k = round(n * model.rate / world.rate) if world.rate and model.rate else n
+        return min(k, count - 1)
+
     placed: Placed = {}
     for name, body in model.bodies.items():
         positions = body_positions(body)
         centre = (positions.min(axis=0) + positions.max(axis=0)) / 2
         poses = []
         for n in range(frames if max(own, len(motion)) > 1 else 1):
-            k = n if not (world.rate and model.rate) else round(n * model.rate / world.rate)
-            pose = model.pose(name, k if own > 1 else 0)
+            pose = model.pose(name, frame_of(n))
             offset = pose.rotation @ centre + pose.translation - middle
             poses.append(
                 compose(
@@ -134,12 +141,20 @@ def _placed(
                 )
             )
         if isinstance(body, Surface):
-            placed[name] = body.moved(scale, centre), poses
+            placed[name] = _timed(body, frame_of).moved(scale, centre), poses
         else:
             moved = PointCloud(scale * (positions - centre), body.amplitude, body.phase)
             placed[name] = moved, poses
     resolved = replace(thing, size=None, scale=scale, up=up, place=tuple(place))
     return placed, resolved
+
+
+def _timed(surface: Surface, frame_of: Callable[[int], int]) -> Surface:
+    """A surface that bends in the frames of the scene, not of its file."""
+    shape = surface.shape
+    if shape is None:
+        return surface
+    return replace(surface, shape=lambda n: shape(frame_of(n)))
 
 
 def compose(after: Pose, before: Pose) -> Pose:

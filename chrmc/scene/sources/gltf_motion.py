@@ -1,5 +1,7 @@
-"""The node animations of a glTF file: one rigid motion per animated node."""
+"""The animations of a glTF file: a rigid motion per animated node, and surfaces that bend."""
 
+from base64 import b64decode
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,18 +17,36 @@ RATE = 24.0
 """Frames per second at which animations are sampled."""
 MOST_FRAMES = 100_000
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_WIDTH = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+_WIDTH = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+
+
+@dataclass(frozen=True, eq=False)
+class Bent:
+    """A part of a mesh that a skin or its shapes bend.
+
+    rest : (V, 3) its vertices in the file; node : index of the one that carries it
+    at : frame 0, 1, … to (V, 3) vertices
+    placed : whether `at` gives them in the file's axes (a skin) or in the node's (shapes)
+    """
+
+    rest: NDArray[np.float64]
+    node: str
+    at: Callable[[int], NDArray[np.float64]]
+    placed: bool
 
 
 @dataclass(frozen=True)
 class Motion:
     """poses : node name (as trimesh calls it) to its pose in the file, per frame
     scales : node name to (3,) its size in the first frame, which the pose leaves out
+    bent : what is no rigid body; frames : of the whole animation
     """
 
     poses: dict[str, list[Pose]] = field(default_factory=dict)
     scales: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     rate: float | None = None
+    bent: tuple[Bent, ...] = ()
+    frames: int = 1
     notes: tuple[str, ...] = ()
 
 
@@ -43,24 +63,14 @@ def read_motion(path: Path) -> Motion:
         gltf = pygltflib.GLTF2().load(str(path))
         if gltf is None:
             return Motion()
-        notes = _not_rigid(gltf, path)
         channels = _channels(gltf)
         if not channels:
-            return Motion(notes=notes)
-        return _sampled(gltf, channels, notes)
+            return Motion()
+        return _sampled(gltf, channels, path)
     except KeyboardInterrupt:
         raise
     except Exception as error:  # whatever a damaged file leads the decoder to
         raise OSError(f"{path}: its animation cannot be read ({only_line(error)})") from None
-
-
-def _not_rigid(gltf: Any, path: Path) -> tuple[str, ...]:
-    notes = []
-    if gltf.skins:
-        notes.append(f"{path.name}: has a skin, which is shown in its rest pose")
-    if any(p.targets for m in gltf.meshes for p in m.primitives):
-        notes.append(f"{path.name}: has shapes that morph, shown as they are at rest")
-    return tuple(notes)
 
 
 _Channel = tuple[NDArray[np.float64], NDArray[np.float64], str]
@@ -69,24 +79,26 @@ _Channel = tuple[NDArray[np.float64], NDArray[np.float64], str]
 def _channels(gltf: Any) -> dict[tuple[int, str], _Channel]:
     """(node, path) to times, values and interpolation."""
     found: dict[tuple[int, str], _Channel] = {}
-    joints = {j for skin in gltf.skins for j in skin.joints}
     for animation in gltf.animations:
         for channel in animation.channels:
             node, what = channel.target.node, channel.target.path
-            if node is None or node in joints or what not in ("translation", "rotation", "scale"):
+            if node is None or what not in (*_REST, "weights"):
                 continue
             sampler = animation.samplers[channel.sampler]
             times = _accessor(gltf, sampler.input)[:, 0]
             values = _accessor(gltf, sampler.output)
             kind = sampler.interpolation or "LINEAR"
-            if len(times) == 0 or len(values) != len(times) * (3 if kind == "CUBICSPLINE" else 1):
+            rows = len(times) * (3 if kind == "CUBICSPLINE" else 1)
+            if what == "weights" and rows and len(values) % rows == 0:
+                values = values.reshape(rows, -1)  # one number per shape
+            if len(times) == 0 or len(values) != rows:
                 raise ValueError(f"{len(times)} times but {len(values)} values in an animation")
             found[node, what] = (times, values, kind)
     return found
 
 
-def _accessor(gltf: Any, index: int) -> NDArray[np.float64]:
-    """(N, K) numbers of an accessor; whole numbers are normalised as glTF says."""
+def _accessor(gltf: Any, index: int, whole: bool = False) -> NDArray[np.float64]:
+    """(N, K) numbers of an accessor; whole numbers are normalised unless they mean themselves."""
     accessor = gltf.accessors[index]
     view = gltf.bufferViews[accessor.bufferView]
     data = _buffer(gltf, view.buffer)
@@ -97,17 +109,21 @@ def _accessor(gltf: Any, index: int) -> NDArray[np.float64]:
     values = np.ndarray((accessor.count, width), kind, data, start, (stride, kind.itemsize)).astype(
         np.float64
     )
-    return values if kind.kind == "f" else np.maximum(values / np.iinfo(kind).max, -1)
+    if whole or kind.kind == "f":
+        return values
+    return np.maximum(values / np.iinfo(kind).max, -1)
 
 
 def _buffer(gltf: Any, index: int) -> bytes:
     uri = gltf.buffers[index].uri
-    return bytes(gltf.binary_blob() if uri is None else gltf.get_data_from_buffer_uri(uri))
+    if uri is None:
+        return bytes(gltf.binary_blob())
+    if uri.startswith("data:"):  # of any type: pygltflib knows one of them
+        return b64decode(uri.partition(",")[2])
+    return bytes(gltf.get_data_from_buffer_uri(uri))
 
 
-def _sampled(
-    gltf: Any, channels: dict[tuple[int, str], _Channel], notes: tuple[str, ...]
-) -> Motion:
+def _sampled(gltf: Any, channels: dict[tuple[int, str], _Channel], path: Path) -> Motion:
     names = _names(gltf)
     parents = {child: k for k, node in enumerate(gltf.nodes) for child in node.children or ()}
     first = min(float(times[0]) for times, _, _ in channels.values())
@@ -115,23 +131,102 @@ def _sampled(
     count = round((last - first) * RATE) + 1
     if not 0 < count <= MOST_FRAMES:
         raise ValueError(f"it lasts {last - first:.4g} s")
-    moving = {node for node, _ in channels}
+    times = [min(first + k / RATE, last) for k in range(count)]
+    moving = {node for node, what in channels if what != "weights"}
     poses: dict[str, list[Pose]] = {names[node]: [] for node in moving}
     scales: dict[str, NDArray[np.float64]] = {}
-    bent = False
-    for k in range(count):
-        time = min(first + k / RATE, last)
+    worlds: list[list[NDArray[np.float64]]] = []
+    grows = False
+    for time in times:
         local = [_local(gltf, node, channels, time) for node in range(len(gltf.nodes))]
+        worlds.append([_world(node, local, parents) for node in range(len(gltf.nodes))])
         for node in moving:
-            matrix = _world(node, local, parents)
+            matrix = worlds[-1][node]
             scale = np.linalg.norm(matrix[:3, :3], axis=0)
             name = names[node]
-            bent |= not np.allclose(scale, scales.setdefault(name, scale), rtol=1e-3)
-            rotation, _ = _nearest_rotation(matrix[:3, :3] / np.where(scale > 0, scale, 1))
+            grows |= not np.allclose(scale, scales.setdefault(name, scale), rtol=1e-3)
+            rotation = _nearest_rotation(matrix[:3, :3] / np.where(scale > 0, scale, 1))
             poses[name].append(Pose(rotation, matrix[:3, 3]))
+    notes = []
+    if grows:
+        notes.append(f"{path.name}: sizes that its animation changes are kept as in frame 1")
+    bent = (*_skinned(gltf, worlds, names), *_morphing(gltf, channels, times, names))
     if bent:
-        notes += ("sizes that change in the animation are kept as in its first frame",)
-    return Motion(poses, scales, RATE, notes)
+        notes.append(
+            f"{path.name}: bends (a skin or shapes that morph): its points keep their place on the "
+            "surface but are no rigid body, so every frame is computed afresh"
+        )
+    return Motion(poses, scales, RATE, bent, count, tuple(notes))
+
+
+def _skinned(
+    gltf: Any, worlds: list[list[NDArray[np.float64]]], names: dict[int, str]
+) -> Iterator[Bent]:
+    """Linear blend skinning: Σ weight · joint · inverse of the joint at rest · vertex."""
+    for index, node in enumerate(gltf.nodes):
+        if node.skin is None or node.mesh is None:
+            continue
+        skin = gltf.skins[node.skin]
+        inverse = np.tile(np.eye(4), (len(skin.joints), 1, 1))
+        if skin.inverseBindMatrices is not None:
+            inverse = _accessor(gltf, skin.inverseBindMatrices).reshape(-1, 4, 4)
+            inverse = inverse.transpose(0, 2, 1)
+        for part in gltf.meshes[node.mesh].primitives:
+            rest = _accessor(gltf, part.attributes.POSITION)
+            joint = _accessor(gltf, part.attributes.JOINTS_0, whole=True).astype(np.intp)
+            weight = _accessor(gltf, part.attributes.WEIGHTS_0)
+            weight = weight / np.maximum(weight.sum(axis=1, keepdims=True), 1e-12)
+            extended = np.column_stack([rest, np.ones(len(rest))])
+
+            def at(
+                frame: int,
+                joints: Any = tuple(skin.joints),
+                inverse: NDArray[np.float64] = inverse,
+                joint: NDArray[np.intp] = joint,
+                weight: NDArray[np.float64] = weight,
+                extended: NDArray[np.float64] = extended,
+            ) -> NDArray[np.float64]:
+                world = np.array([worlds[frame][j] for j in joints]) @ inverse
+                blended = np.einsum("vk,vkij->vij", weight, world[joint])
+                return np.asarray(np.einsum("vij,vj->vi", blended, extended)[:, :3])
+
+            yield Bent(rest, names[index], at, placed=True)
+
+
+def _morphing(
+    gltf: Any, channels: dict[tuple[int, str], _Channel], times: list[float], names: dict[int, str]
+) -> Iterator[Bent]:
+    """Vertices plus weighted differences."""
+    for index, node in enumerate(gltf.nodes):
+        channel = channels.get((index, "weights"))
+        if channel is None or node.mesh is None or node.skin is not None:
+            continue
+        for part in gltf.meshes[node.mesh].primitives:
+            rest = _accessor(gltf, part.attributes.POSITION)
+            differences = np.array(
+                [
+                    np.zeros_like(rest)
+                    if _target(target) is None
+                    else _accessor(gltf, _target(target))
+                    for target in part.targets or ()
+                ]
+            ).reshape(-1, *rest.shape)
+
+            def at(
+                frame: int,
+                channel: _Channel = channel,
+                rest: NDArray[np.float64] = rest,
+                differences: NDArray[np.float64] = differences,
+            ) -> NDArray[np.float64]:
+                weights = _at(*channel, times[frame], turning=False)[: len(differences)]
+                return np.asarray(rest + np.einsum("s,svx->vx", weights, differences))
+
+            yield Bent(rest, names[index], at, placed=False)
+
+
+def _target(target: Any) -> Any:
+    """Accessor of a shape's differences of places."""
+    return target.get("POSITION") if isinstance(target, dict) else target.POSITION
 
 
 def _world(
@@ -147,11 +242,10 @@ def _world(
     return matrix
 
 
-def _nearest_rotation(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """The proper rotation next to a matrix, and how far away it is."""
+def _nearest_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The proper rotation next to a matrix."""
     u, _, vt = np.linalg.svd(matrix)
-    rotation = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
-    return rotation, float(np.abs(rotation - matrix).max())
+    return np.asarray(u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt)
 
 
 def _names(gltf: Any) -> dict[int, str]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from chrmc.scene.points import PointCloud
 from chrmc.scene.sources.cloud import cloud_of
 from chrmc.scene.sources.colour import luminance
-from chrmc.scene.sources.gltf_motion import Motion, read_motion
+from chrmc.scene.sources.gltf_motion import Bent, Motion, read_motion
 from chrmc.scene.sources.model import Model, only_line
 from chrmc.scene.surface.surface import Paint, Surface, join
 
@@ -48,7 +48,7 @@ def read_mesh(path: Path) -> Model:
         )
     up = "z" if path.suffix.lower() == ".stl" else "y"
     poses = {n: motion.poses[n] for n in bodies if n in motion.poses}
-    return Model(bodies, poses, up, motion.rate, notes=tuple(notes))
+    return Model(bodies, poses, up, motion.rate, motion.frames, notes=tuple(notes))
 
 
 def _parts(
@@ -67,8 +67,12 @@ def _parts(
         if path.suffix.lower() == ".stl":  # whose triangles share no corners
             with np.errstate(invalid="ignore"):
                 geometry.merge_vertices()
-        name, to_body = _body_of(scene, node, motion)
-        surface, lost = _surface(geometry, to_body)
+        bent = _bent(geometry, node, motion)
+        if bent is not None and bent.placed:
+            name, to_body = None, np.eye(4)
+        else:
+            name, to_body = _body_of(scene, node, motion)
+        surface, lost = _surface(geometry, to_body, bent)
         dropped += lost
         if len(surface.faces):
             parts.setdefault(name or path.stem, []).append(surface)
@@ -128,9 +132,28 @@ def _body_of(scene: Any, node: str, motion: Motion) -> tuple[str | None, NDArray
     return above, np.diag([*motion.scales[above], 1.0]) @ carrier
 
 
-def _surface(geometry: Any, matrix: NDArray[np.float64]) -> tuple[Surface, int]:
+def _bent(geometry: Any, node: str, motion: Motion) -> Bent | None:
+    """What bends a geometry: known by its vertices, since trimesh names parts anew."""
+    vertices = np.asarray(geometry.vertices, dtype=np.float64)
+    for bent in motion.bent:
+        same = bent.rest.shape == vertices.shape and np.allclose(bent.rest, vertices, atol=1e-6)
+        if same and (node == bent.node or node.startswith(f"{bent.node}_")):
+            return bent
+    return None
+
+
+def _surface(
+    geometry: Any, matrix: NDArray[np.float64], bent: Bent | None = None
+) -> tuple[Surface, int]:
     """A geometry at its place, and how many of its faces had to go."""
     vertices = np.asarray(geometry.vertices, dtype=np.float64)
+    shape = None
+    if bent is not None:
+        vertices = bent.at(0)
+
+        def shape(frame: int) -> NDArray[np.float64]:
+            return bent.at(frame) @ matrix[:3, :3].T + matrix[:3, 3]
+
     faces = np.asarray(geometry.faces, dtype=np.intp)
     with np.errstate(invalid="ignore", over="ignore"):
         vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
@@ -154,7 +177,9 @@ def _surface(geometry: Any, matrix: NDArray[np.float64]) -> tuple[Surface, int]:
         def paint(face: NDArray[np.intp], weights: NDArray[np.float64]) -> NDArray[np.float64]:
             return inner(face, weights[:, ::-1])
 
-    return Surface(np.nan_to_num(vertices), kept, paint, normals), len(faces) - len(index)
+    smooth = normals if bent is None else None
+    surface = Surface(np.nan_to_num(vertices), kept, paint, smooth, shape=shape)
+    return surface, len(faces) - len(index)
 
 
 def _closed(surface: Surface) -> Surface:

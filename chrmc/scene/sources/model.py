@@ -29,7 +29,7 @@ class Model:
     bodies : name to surface or points, in the file's unit; several only where they move apart
     poses : body to file axes, one per frame of the file's own motion, or one
     up : key of `UP`
-    rate : frames per second of the own motion
+    rate, frames : of the own motion, frames per second and how many
     flat : a picture, which fills what the SLM shows, where a body takes half of it
     in_place : positions are metres in the scene's own axes: nothing is moved unless asked
     notes : what was done to the content, a sentence each
@@ -39,6 +39,7 @@ class Model:
     poses: Mapping[str, Sequence[Pose]] = field(default_factory=dict)
     up: str = "y"
     rate: float | None = None
+    frames: int = 1
     flat: bool = False
     in_place: bool = False
     notes: tuple[str, ...] = ()

@@ -25,6 +25,8 @@ class Surface:
     normals : (V, 3) for smooth shading, or None for flat faces
     closed : whether the faces enclose a body and look outward, so that backs are never seen
     opaque : whether it hides what is behind it
+    shape : of a surface that bends, frame 0, 1, … to its (V, 3) vertices; those of frame 0 are
+        `vertices`, and `normals` is None
     """
 
     vertices: NDArray[np.float64]
@@ -33,6 +35,7 @@ class Surface:
     normals: NDArray[np.float64] | None = None
     closed: bool = True
     opaque: bool = True
+    shape: Callable[[int], NDArray[np.float64]] | None = None
 
     @cached_property
     def _crossed(self) -> NDArray[np.float64]:
@@ -68,7 +71,16 @@ class Surface:
 
     def moved(self, scale: float, centre: NDArray[np.float64]) -> "Surface":
         """The same surface about another origin and in another size: scale·(vertex − centre)."""
-        return replace(self, vertices=scale * (self.vertices - centre))
+        shape = self.shape
+        return replace(
+            self,
+            vertices=scale * (self.vertices - centre),
+            shape=None if shape is None else lambda frame: scale * (shape(frame) - centre),
+        )
+
+    def in_frame(self, frame: int) -> "Surface":
+        """As it is bent in frame 0, 1, …; itself when it is rigid."""
+        return self if self.shape is None else replace(self, vertices=self.shape(frame))
 
 
 def from_solid(solid: Solid) -> Surface:
@@ -98,6 +110,9 @@ def join(surfaces: Sequence[Surface]) -> Surface:
             grey[mine] = surfaces[k].paint(face[mine] - first[k], weights[mine])
         return grey
 
+    def bent(frame: int) -> NDArray[np.float64]:
+        return np.concatenate([s.in_frame(frame).vertices for s in surfaces])
+
     # Flat parts say so by normals that agree with no face.
     normals = [np.zeros_like(s.vertices) if s.normals is None else s.normals for s in surfaces]
     return Surface(
@@ -107,4 +122,5 @@ def join(surfaces: Sequence[Surface]) -> Surface:
         np.concatenate(normals),
         all(s.closed for s in surfaces),
         surfaces[0].opaque,
+        bent if any(s.shape for s in surfaces) else None,
     )

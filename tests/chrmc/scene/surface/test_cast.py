@@ -8,7 +8,8 @@ from chrmc.scene.path import rotation_y
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Pose
 from chrmc.scene.shapes import Part, Solid, box, loft, plain
-from chrmc.scene.surface.cast import PIXELS_PER_SPACING, Cast
+from chrmc.scene.surface.cast import Cast
+from chrmc.scene.surface.seen import PIXELS_PER_SPACING
 from chrmc.scene.surface.shading import Lamp
 from chrmc.scene.surface.surface import from_solid
 from chrmc.scene.visibility import first_hits, visible_points
