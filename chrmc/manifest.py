@@ -34,6 +34,9 @@ def checked(content: Any) -> dict[str, Any]:
     encoding = _needed(manifest, "encoding")
     if encoding not in CODINGS:
         raise ValueError(f"encoding {short(encoding)} is none of {', '.join(CODINGS)}")
+    made_on = manifest.get("made_on", [])
+    if not isinstance(made_on, list) or len(made_on) > 10_000:
+        raise ValueError(f"made_on must be a list of machines, not {short(made_on)}")
     frames = _needed(manifest, "frames")
     if not isinstance(frames, list):
         raise ValueError(f"frames must be a list, not {short(frames)}")

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from chrmc.compensation.ledger import FrameRecord
 from chrmc.files import read_json, sha256, sweep, write_json
+from chrmc.machine import arithmetic
 from chrmc.manifest import FORMAT, checked, checked_frame, plain_file
 from chrmc.pictures import read_grey, write_grey
 from chrmc.ranges import short
@@ -153,18 +154,19 @@ def _with_groups(folder: Path, entries: list[Any]) -> Iterator[Any]:
     numbers = {number for number in known if isinstance(number, int)}
     yield from entries
     for path in group_records(folder):
-        for entry in group_entries(path):
+        for entry in group_record(path)[0]:
             if entry["number"] not in numbers:
                 numbers.add(entry["number"])
                 yield entry
 
 
-def group_entries(path: Path) -> list[Entry]:
-    """The frames of a group's record; ValueError for what is none."""
+def group_record(path: Path) -> tuple[list[Entry], list[Any]]:
+    """The frames of a group's record, and what it was made on; ValueError for what is none."""
     content = read_json(path, "hologram video")
     if not isinstance(content, dict) or not isinstance(content.get("frames"), list):
         raise ValueError(f"{path} is no record of a group: remove it")
-    return [checked_frame(entry) for entry in content["frames"]]
+    made_on = [content["made_on"]] if "made_on" in content else []
+    return [checked_frame(entry) for entry in content["frames"]], made_on
 
 
 def group_records(folder: Path) -> list[Path]:
@@ -201,7 +203,7 @@ class GroupWriter:
         """Write the record of the group's frames so far."""
         if self.entries:
             frames = [self.entries[n] for n in sorted(self.entries)]
-            write_json(self.path, {"frames": frames})
+            write_json(self.path, {"made_on": arithmetic(), "frames": frames})
             self._saved = time.monotonic()
 
 
@@ -230,6 +232,7 @@ class VideoWriter:
     description: dict[str, Any]
     suffix: str = ".tif"
     entries: dict[int, Entry] = field(default_factory=dict)
+    made_on: list[Any] = field(default_factory=list)
     _saved: float = 0.0
     _pause: float = SAVE_INTERVAL
 
@@ -242,6 +245,7 @@ class VideoWriter:
                 path = self.folder / plain_file(entry["file"])
                 if path.is_file() and sha256(path) == entry["sha256"]:
                     self.entries[int(entry["number"])] = entry
+            self.made_on += before.get("made_on", [])
             sweep(self.folder)
         self.folder.mkdir(parents=True, exist_ok=True)
 
@@ -254,8 +258,9 @@ class VideoWriter:
         """Take in the records of groups; their paths."""
         paths = group_records(self.folder)
         for path in paths:
-            for entry in group_entries(path):
-                self.entries[int(entry["number"])] = entry
+            entries, made_on = group_record(path)
+            self.entries |= {int(entry["number"]): entry for entry in entries}
+            self.made_on += [machine for machine in made_on if machine not in self.made_on]
         return paths
 
     def collect(self, busy: Collection[int] = ()) -> None:
@@ -284,7 +289,8 @@ class VideoWriter:
         """Write the manifest of all frames so far."""
         start = time.monotonic()
         frames = [self.entries[n] for n in sorted(self.entries)]
-        write_json(self.folder / MANIFEST, self.description | {"frames": frames})
+        content = self.description | {"made_on": self.made_on, "frames": frames}
+        write_json(self.folder / MANIFEST, content)
         self._saved = time.monotonic()
         # A long manifest is saved more rarely: a twentieth of the time at most.
         self._pause = max(SAVE_INTERVAL, 20 * (self._saved - start))

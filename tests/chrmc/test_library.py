@@ -266,6 +266,8 @@ def test_a_manifest_is_plain_json(tmp_path: Path) -> None:
     chrmc.generate(moving_scene(), tmp_path, **FAST)
     manifest = json.loads((tmp_path / "manifest.json").read_text())
     assert manifest["group"] == 1
+    assert len(manifest["made_on"]) == 1
+    assert manifest["made_on"][0]["numpy"] == np.__version__
     assert set(manifest["scene"]) >= {"name", "form", "fingerprint", "frame_count", "pixel_pitch"}
 
 
