@@ -43,11 +43,17 @@ def spread_frames(frame_count: int, most: int) -> list[int]:
     return np.unique(np.rint(np.linspace(1, frame_count, most)).astype(int)).tolist()
 
 
+def looked_at(frame_count: int) -> list[int]:
+    """Frame numbers of the whole look, those of the spot check among them."""
+    every = spread_frames(frame_count, LOOKED_AT) + spread_frames(frame_count, SPOTS)
+    return sorted(set(every))
+
+
 def survey(scene: Scene, slm: SLM, wavelength: float, coding: Coding) -> Survey:
     """Look at a scene once, with a progress bar."""
     spots = set(spread_frames(scene.frame_count, SPOTS))
     whole, part, brightest = hashlib.sha256(), hashlib.sha256(), 0.0
-    for number in progress(spread_frames(scene.frame_count, LOOKED_AT), "reading the scene"):
+    for number in progress(looked_at(scene.frame_count), "reading the scene"):
         cloud = scene.frame(number).cloud
         _add(whole, cloud)
         if number in spots:
@@ -68,7 +74,7 @@ def spot_check(scene: Scene) -> str:
 def fingerprint(scene: Scene) -> str:
     """The scene's fingerprint alone."""
     digest = hashlib.sha256()
-    for number in spread_frames(scene.frame_count, LOOKED_AT):
+    for number in looked_at(scene.frame_count):
         _add(digest, scene.frame(number).cloud)
     return digest.hexdigest()
 
