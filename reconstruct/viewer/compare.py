@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from chrmc.metrics import psnr, ssim
 from reconstruct.images import exposure
 from reconstruct.metrics import scale_to
+from reconstruct.viewer.measure import Region
 from reconstruct.viewer.pipeline import Picture, Request
 
 MODES = ("side by side", "wipe", "difference", "A", "B")
@@ -21,6 +22,7 @@ class Comparison:
 
     factor : what B's intensity is multiplied by, to be nearest to A's in least squares
     psnr : dB, the peak being A's largest intensity; ssim : None of coarse pictures
+    region : what all three are of; None is the whole picture
     """
 
     request: Request
@@ -29,6 +31,7 @@ class Comparison:
     factor: float
     psnr: float
     ssim: float | None
+    region: Region | None = None
 
     @cached_property
     def difference(self) -> NDArray[np.float32]:
@@ -42,15 +45,27 @@ class Comparison:
 
 
 def compare(
-    request: Request, pictures: Sequence[Picture | None], with_ssim: bool
+    request: Request,
+    pictures: Sequence[Picture | None],
+    with_ssim: bool,
+    panel: tuple[int, int],
+    region: Region | None = None,
 ) -> Comparison | None:
-    """The comparison, or None where a picture is missing or they have other samples."""
+    """The comparison, or None where a picture is missing or they have other samples.
+
+    panel : (rows, columns) that the region's places count
+    """
     a, b = pictures
     if a is None or b is None or a.field.shape != b.field.shape:
         return None
-    factor = scale_to(b.light, a.light)
-    level = b.light * np.float32(factor)
-    alike = ssim(level, a.light) if with_ssim else None
-    made = Comparison(request, a, b, factor, psnr(level, a.light), alike)
+    part: tuple[slice, ...] = ()
+    if region is not None:
+        shape = a.field.shape[0], a.field.shape[1]
+        part = region.scaled(panel, shape).slices(shape)
+    truth, other = a.light[part], b.light[part]
+    factor = scale_to(other, truth)
+    level = other * np.float32(factor)
+    alike = ssim(level, truth) if with_ssim else None
+    made = Comparison(request, a, b, factor, psnr(level, truth), alike, region)
     made.span  # noqa: B018  made here, not in the window's thread
     return made

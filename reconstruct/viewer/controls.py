@@ -64,7 +64,9 @@ def frames(session: Session, font: Any) -> None:
     imgui.text_disabled(f"of {model.numbers[0]} to {model.numbers[-1]}{rate}")
     imgui.set_next_item_width(-1.0)
     last = max(len(model.numbers) - 1, 1)
+    imgui.begin_disabled(len(model.numbers) == 1)
     changed, index = imgui.slider_int("##frame", model.index, 0, last, "")
+    imgui.end_disabled()
     if changed:
         model.index = index
     changed, rate_ = slider("rate", model.rate, *RATES, "%.1f /s", logarithmic=True)
@@ -123,6 +125,7 @@ def compared(session: Session) -> None:
     if held is None or held.request.number != model.number:
         imgui.text_disabled("PSNR, SSIM: not yet")
         return
+    imgui.text_disabled("of the region" if held.region else "of all; R marks a region")
     ssim = f"{held.ssim:.4f}" if held.ssim is not None else "when it rests"
     rows("compared", [("PSNR", f"{held.psnr:.2f} dB"), ("SSIM", ssim),
                       ("B is shown times", f"{held.factor:.3g}")])  # fmt: skip

@@ -223,10 +223,10 @@ class Layout:
             overlays.colour_bar(pane, drawn, model.look, white, ends_, signed)
         if model.found is not None:
             overlays.focus_mark(pane, drawn, model.found.pixel, pitch)
-        if session.line is not None:
-            overlays.ruler(pane, drawn, session.line, pitch)
-        if session.region is not None:
-            overlays.rectangle(pane, drawn, session.region)
+        if model.line is not None:
+            overlays.ruler(pane, drawn, model.line, pitch)
+        if model.region is not None:
+            overlays.rectangle(pane, drawn, model.region)
         if faults:
             overlays.fault(pane, drawn, "\n".join(faults))
         if model.busy:
@@ -236,9 +236,9 @@ class Layout:
         if pane.clicked is not None:
             model.focus_at(*pane.clicked, video=which[-1] if len(which) == 1 else 0)
         if pane.drawn is not None and session.tool == "line":
-            session.line = Line(*pane.drawn)
+            model.line = Line(*pane.drawn)
         if pane.drawn is not None and session.tool == "region":
-            session.region = Region(*pane.drawn)
+            model.region = Region(*pane.drawn)
 
     def _below(
         self, session: Session, size: tuple[float, float], gap: float, density: float

@@ -108,20 +108,39 @@ class ViewerModel(ViewerState):
             if decoded is not None:
                 self._sharpened = wanted
                 self._workers["slow"].ask(lambda: self._then(decoded, wanted))
+        if self.comparing and rested and not self._focusing:
+            self._compare_anew()
         return fresh
 
     def _first(self, wanted: Request) -> Iterator[Any]:
         for answer in quick(self._pipelines, wanted):
             yield answer
             if self.comparing:
-                yield compare(wanted, answer.pictures, with_ssim=False)
+                yield self._compare(wanted, answer.pictures, False)
+
+    def _compare(
+        self, wanted: Request, pictures: Sequence[Picture | None], with_ssim: bool
+    ) -> Comparison | None:
+        shape = self.video.slm.shape
+        return compare(wanted, pictures, with_ssim, shape, self.region)
+
+    def _compare_anew(self) -> None:
+        """The sharp pictures compared again when another region is marked."""
+        held, sharp = self.comparison, self.sharp
+        if held is None or held.region == self.region or self._workers["slow"].busy:
+            return
+        if sharp is not None and sharp.request.subject == self.request.subject:
+            again = sharp
+            self._workers["slow"].ask(
+                lambda: iter([self._compare(again.request, again.pictures, True)])
+            )
 
     def _then(self, decoded: Sequence[Decoded | None], wanted: Request) -> Iterator[Any]:
         for answer in sharpen(decoded, wanted):
             yield answer
             if isinstance(answer, Sharp) and self.comparing:
-                yield compare(wanted, answer.pictures, with_ssim=False)
-                yield compare(wanted, answer.pictures, with_ssim=True)
+                yield self._compare(wanted, answer.pictures, False)
+                yield self._compare(wanted, answer.pictures, True)
 
     def _decoded(self) -> tuple[Decoded | None, ...] | None:
         """The wanted frame's fields, once the quick worker has them."""

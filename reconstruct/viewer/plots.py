@@ -79,9 +79,9 @@ def marks(session: Session) -> None:
         if imgui.radio_button(words, session.tool == name):
             session.tool = name
         imgui.same_line()
-    if session.line is not None or session.region is not None:
+    if model.line is not None or model.region is not None:
         if button("drop"):
-            session.line = session.region = None
+            model.line = model.region = None
         tip("Escape")
     else:
         imgui.new_line()
@@ -89,19 +89,19 @@ def marks(session: Session) -> None:
     if picture is None:
         return
     pitch = model.video.slm.pixel_pitch
-    if session.line is not None:
-        line = session.line
+    if model.line is not None:
+        line = model.line
         length = line.length(pitch)
         words = f"{length_words(float(f'{length:.4g}'))}, {length / pitch:.1f} pixels"
         imgui.text(f"{words}, {line.angle:.1f}°")
         shown = [p for p in map(model.picture, range(len(model.videos))) if p is not None]
         along = [profile(p.light, line, model.video.slm.shape) for p in shown]
         _profile(along[0][0], [values for _, values in along])
-    elif session.region is None:
+    elif model.region is None:
         imgui.text_disabled("drag on a reconstruction to measure it")
-    if session.region is not None:
+    if model.region is not None:
         found = statistics(
-            picture.light, session.region.scaled(model.video.slm.shape, picture.light.shape)
+            picture.light, model.region.scaled(model.video.slm.shape, picture.light.shape)
         )
         rows(
             "statistics",

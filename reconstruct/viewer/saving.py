@@ -14,9 +14,10 @@ from reconstruct.animation import check_animation, write_animation
 from reconstruct.bench import Filter
 from reconstruct.images import exposure, write_colour, write_image
 from reconstruct.sequence import shrink
+from reconstruct.viewer.compare import Comparison
 from reconstruct.viewer.figure import FIGURES, write_figure
 from reconstruct.viewer.pipeline import Decoded, Pipeline, Request
-from reconstruct.viewer.shade import Look, shade
+from reconstruct.viewer.shade import Look, shade, shade_difference
 from reconstruct.viewer.sources import title_of
 from reconstruct.viewer.worker import Progress, Said
 
@@ -65,6 +66,21 @@ def save_picture(
         write_image(path, light, note)
     else:
         write_colour(path, shade(field, exposure(light), look), note)
+    yield Said(f"saved {path}")
+
+
+def save_difference(
+    path: Path, held: Comparison, look: Look, note: dict[str, Any]
+) -> Iterator[Progress | Said | None]:
+    """B less A: .exr signed intensities, .png as it looks, with what was measured."""
+    yield Progress(f"saving {path.name}", 0.0)
+    note = note | {"factor": held.factor, "psnr": held.psnr, "ssim": held.ssim}
+    if not np.isfinite(held.psnr):
+        note["psnr"] = None  # equal: JSON has no infinity
+    if path.suffix.lower() == ".exr":
+        write_image(path, held.difference, note)
+    else:
+        write_colour(path, shade_difference(held.difference, held.span, look), note)
     yield Said(f"saved {path}")
 
 

@@ -12,7 +12,6 @@ from reconstruct.sequence import following
 from reconstruct.viewer import saving
 from reconstruct.viewer.compare import MODES as COMPARISONS
 from reconstruct.viewer.keys import action_of
-from reconstruct.viewer.measure import Line, Region
 from reconstruct.viewer.model import ViewerModel
 from reconstruct.viewer.recent import note_recent, read_recent
 from reconstruct.viewer.shade import COLOURS, MODES
@@ -44,7 +43,7 @@ class Session:
     """One viewer's state beyond the pictures.
 
     tool : what dragging on a reconstruction does, one of TOOLS
-    line, region : marks on the reconstructions; help : whether the keys are shown
+    help : whether the keys are shown
     asking : whether a path to open is asked for; leaving : whether the window is to be closed
     show_marks : the marks' figures are to come to the front, once
     views : zoom and pan of "hologram" and "fourier"
@@ -70,8 +69,6 @@ class Session:
 
     def _show(self, videos: Video | Sequence[Video]) -> None:
         self.model = ViewerModel(videos, self._wake)
-        self.line: Line | None = None
-        self.region: Region | None = None
         slm = self.model.video.slm
         self.views = {
             "hologram": View(slm.width, slm.height),
@@ -134,14 +131,24 @@ class Session:
     def save(self, ending: str, kind: str) -> None:
         """Write a file into the folder, beside all else; what came of it is told."""
         model = self.model
-        decoded = model.decoded()
+        front = model.front
+        decoded = model.decoded(front)
         if decoded is None or decoded.frame.number != model.number:
-            self.say(model.fault() or "there is no picture yet")
+            self.say(model.fault(front) or "there is no picture yet")
             return
         path = self.folder / (model.suggested_name() + ending)
-        video, request, look = model.video, model.request, model.snapshot().look
+        video, request, look = model.videos[front], model.request, model.snapshot().look
         job: Any
-        if kind == "picture":
+        if kind == "picture" and model.comparing and model.mode == "difference":
+            held = model.comparison
+            if held is None or held.ssim is None or held.request.subject != request.subject:
+                self.say("the difference is not sharp yet")
+                return
+            names = [title_of(v) for v in model.videos]
+            path = path.with_name(f"{names[1]}_less_{names[0]}_{path.name}")
+            note = saving.settings_of(video, request, look) | {"sources": names}
+            job = lambda: saving.save_difference(path, held, look, note)  # noqa: E731
+        elif kind == "picture":
             job = lambda: saving.save_picture(path, video, decoded, request, look)  # noqa: E731
         elif kind == "figure":
             part = self.visible_part()
@@ -281,14 +288,15 @@ class Session:
 
     def escape(self) -> None:
         """Close what is open, else put the tool away, else drop marks, else stop long work."""
+        model = self.model
         if self.asking or self.help:
             self.asking = self.help = False
         elif self.tool != TOOLS[0]:
             self.tool = TOOLS[0]
-        elif self.line is not None or self.region is not None or self.model.found is not None:
-            self.line = self.region = self.model.found = None
+        elif any(mark is not None for mark in (model.line, model.region, model.found)):
+            model.line = model.region = model.found = None
         else:
-            self.model.stop()
+            model.stop()
 
     def leave(self) -> None:
         self.leaving = True

@@ -13,6 +13,7 @@ from reconstruct.sequence import targets_of
 from reconstruct.verdict import Target
 from reconstruct.viewer.compare import MODES
 from reconstruct.viewer.history import History
+from reconstruct.viewer.measure import Line, Region
 from reconstruct.viewer.shade import Look
 from reconstruct.viewer.sight import Sight
 from reconstruct.viewer.sources import check_pair
@@ -49,6 +50,7 @@ class ViewerState:
     view : zoom and pan of the reconstructions
     screen : (rows, columns) screen pixels that the panel's picture covers
     sight : what of the hologram is shown, and how large; None shows it pixel by pixel
+    line, region : marks on the reconstructions; videos are compared within the region
     playing, rate : frames follow each other, so many a second
     """
 
@@ -66,6 +68,8 @@ class ViewerState:
         self.view = View(self.video.slm.width, self.video.slm.height)
         self.screen = self.video.slm.shape
         self.sight: Sight | None = None
+        self.line: Line | None = None
+        self.region: Region | None = None
         self.playing = False
         self.rate = 8.0
         self._filter = Filter()
@@ -207,6 +211,11 @@ class ViewerState:
         return True
 
     # --- what is there ---
+
+    @property
+    def front(self) -> int:
+        """Which video is looked at, when it is about one."""
+        return MODES.index(self.mode) - MODES.index("A") if self.mode in ("A", "B") else self.active
 
     @property
     def carries(self) -> bool:

@@ -58,6 +58,7 @@ _NAMES = {
     glfw.KEY_TAB: "Tab",
     glfw.KEY_ESCAPE: "Escape",
     glfw.KEY_F1: "H",
+    **{getattr(glfw, f"KEY_{n}"): str(n) for n in (1, 2, 3)},  # whatever they print unshifted
 }
 
 

@@ -113,6 +113,21 @@ def test_all_kinds_of_files_are_saved_one_after_the_other(session, tmp_path):
     assert not list(tmp_path.glob(".*partial*"))
 
 
+def test_a_difference_is_saved_with_what_was_measured(video, tmp_path):
+    session = Session([open_video(video), open_video(video)], folder=tmp_path)
+    session.model.mode = "difference"
+    session.press("S")
+    assert "not" in session.message or "yet" in session.message
+    session.model.settle()
+    session.press("E")
+    wait_for(session, "saved", ".exr")
+    values, note = read_image(next(tmp_path.glob("*_less_*.exr")))
+    assert not values.any() and note["ssim"] == 1 and note["psnr"] is None
+    session.press("S")
+    wait_for(session, "saved", ".png")
+    session.model.close()
+
+
 def test_a_folder_that_cannot_be_written_is_told(session, tmp_path):
     session.folder = tmp_path / "file"
     session.folder.write_text("")

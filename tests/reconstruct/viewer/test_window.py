@@ -33,7 +33,7 @@ def tell():
         "shown": None if picture is None else [picture.number, picture.depth, picture.coarse],
         "origin": pane.origin, "size": [pane.view.screen_width, pane.view.screen_height],
         "centre": [pane.view.x, pane.view.y], "resting": model.resting and not window._lively > 0,
-        "help": session.help, "line": session.line and session.line.length(8.1e-6),
+        "help": session.help, "line": model.line and model.line.length(8.1e-6),
         "listed": imgui.is_popup_open("", int(imgui.PopupFlags_.any_popup)),
         "fault": model.fault(), "compared": model.mode, "longest": longest}), flush=True)
 while not glfw.window_should_close(window._handle):
