@@ -3,28 +3,48 @@
 Grey levels → 4-f → image → verdict.
 """
 
+from importlib import import_module
 from typing import Any
 
 from reconstruct.bench import Bench, Filter, Illumination
 from reconstruct.colour import colour_picture
 from reconstruct.four_f_system import FourF, decode_field, four_f, four_f_field
 
+_ON_DEMAND = {
+    "Camera": "camera",
+    "FrameVerdict": "verdict",
+    "ObjectVerdict": "verdict",
+    "all_in_focus": "stack",
+    "check": "checking",
+    "find_focus": "focus",
+    "focal_stack": "stack",
+    "system_of": "sequence",
+    "write_image": "images",
+}
+"""Names whose modules are read when they are asked for."""
+
 __all__ = [
     "Bench",
+    "Camera",
     "Filter",
     "FourF",
+    "FrameVerdict",
     "Illumination",
+    "ObjectVerdict",
+    "all_in_focus",
     "check",
     "colour_picture",
     "decode_field",
+    "find_focus",
+    "focal_stack",
     "four_f",
     "four_f_field",
+    "system_of",
+    "write_image",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    if name == "check":  # with SciPy and the pictures' readers, so only when it is asked for
-        from reconstruct.checking import check
-
-        return check
+    if name in _ON_DEMAND:
+        return getattr(import_module(f"reconstruct.{_ON_DEMAND[name]}"), name)
     raise AttributeError(f"module 'reconstruct' has no attribute {name!r}")

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from chrmc.progress import progress
 from chrmc.response import GreyResponse
+from chrmc.scene.load import BUILT_IN, load_scene
 from chrmc.scene.scene import Scene
 from chrmc.store import Video, open_video
 from reconstruct.four_f_system import FourF
@@ -26,7 +27,7 @@ def check(
     metrics: bool = False,
     **tolerances: Any,
 ) -> list[FrameVerdict]:
-    """Is every object of a stored video in focus where the scene says?
+    """Is every object of a stored video in focus where the scene says, and does it look like it?
 
     video : a stored video or its folder
     frames : numbers; default 1, 21, 51, 80 where all are there, else four spread evenly
@@ -47,14 +48,15 @@ def check(
         scale=stored.scale,
     )
     true_field = None if scene is None else truth_maker(stored, scene)
+    known = _built_in(stored)
     verdicts = []
     for number in progress(numbers, "check"):
-        targets = [Target.of_record(o) for o in stored.entry(number)["objects"]]
+        targets = _targets(stored, number, system, known)
         verdicts.append(
             judge_frame(
                 stored.read(number),
                 system,
-                [t for t in targets if t is not None],
+                targets,
                 stored.pixel_pitch,
                 number,
                 None if true_field is None else true_field(number),
@@ -63,6 +65,33 @@ def check(
             )
         )
     return verdicts
+
+
+def _built_in(video: Video) -> Scene | None:
+    """The scene that a video names, where it comes with the package: nothing else that a manifest
+    names is opened or run."""
+    name = video.scene.get("name")
+    if name not in BUILT_IN or video.scene.get("source") is not None:
+        return None
+    if all(o.get("light") for f in video.frames for o in f["objects"] if o.get("position")):
+        return None  # the manifest has all that is needed
+    return load_scene(str(name), form=str(video.scene["form"]), slm=video.slm)
+
+
+def _targets(video: Video, number: int, system: FourF, scene: Scene | None) -> list[Target]:
+    """A frame's visible objects; those whose map of light the manifest lacks get it from the scene,
+    where that has them at the same place."""
+    found = [Target.of_record(o) for o in video.entry(number)["objects"]]
+    targets = [t for t in found if t is not None]
+    if scene is None or not 1 <= number <= scene.frame_count:
+        return targets
+    known = {o.name: Target.of_cloud(o.name, o.cloud, system) for o in scene.frame(number).objects}
+    out = []
+    for target in targets:
+        same = known.get(target.name) if target.light is None else None
+        near = same is not None and np.allclose(same.position, target.position, atol=1e-7)
+        out.append(same if near and same is not None else target)
+    return out
 
 
 def chosen_frames(asked: Sequence[int] | None, video: Video) -> list[int]:
@@ -86,7 +115,6 @@ def truth_maker(video: Video, scene: Scene | str) -> Callable[[int], NDArray[np.
     """
     from chrmc.cgh import DEFAULT_METHOD, compute_field
     from chrmc.encoding import coding_for
-    from chrmc.scene.load import load_scene
 
     if isinstance(scene, str):
         scene = load_scene(scene, form=str(video.scene["form"]))

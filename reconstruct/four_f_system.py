@@ -33,6 +33,7 @@ from chrmc.optics.propagation import (
     spread,
     transfer_function,
 )
+from chrmc.ranges import DISTANCE_RANGE, WAVELENGTH_RANGE
 from chrmc.response import GreyResponse
 from chrmc.slm import SLM, WAVELENGTH
 from chrmc.threads import workers
@@ -70,12 +71,8 @@ def check_frame(frame: Any, slm: SLM) -> NDArray[np.uint8]:
 
 
 def check_distance(distance: float) -> float:
-    """The distance, or ValueError unless positive and finite."""
-    if not (isfinite(distance) and distance > 0):
-        raise ValueError(
-            f"distance must be positive, the depth in metres from the hologram, not {distance}"
-        )
-    return float(distance)
+    """The distance, or ValueError unless it is a plausible one in metres."""
+    return DISTANCE_RANGE.of(distance)
 
 
 class FourF:
@@ -96,12 +93,10 @@ class FourF:
         response: GreyResponse | None = None,
         scale: float = 1.0,
     ) -> None:
-        if not (isfinite(wavelength) and wavelength > 0):
-            raise ValueError(f"wavelength must be a positive length, not {wavelength} m")
         if not (isfinite(scale) and scale > 0):
             raise ValueError(f"scale must be positive, not {scale}")
         self.slm = slm
-        self.wavelength = wavelength
+        self.wavelength = WAVELENGTH_RANGE.of(wavelength)
         self.coding: Coding = coding_for(encoding, slm)
         self.bench = Bench() if bench is None else bench
         self.response = GreyResponse.linear() if response is None else response

@@ -88,13 +88,20 @@ def reconstruct_all(
         yield Shown(number, depth, made.image(video.read(number), depth))
 
 
-def composite(video: Video, number: int, system: FourF, margin: float = 0.2e-3) -> Shown:
+def composite(
+    video: Video,
+    number: int,
+    system: FourF,
+    margin: float = 0.2e-3,
+    levels: NDArray[np.uint8] | None = None,
+) -> Shown:
     """A frame with every object in focus at once: each object's surroundings at its own depth.
 
     margin : of the surroundings, metres. Where those of two objects meet, the brighter shows.
+    levels : (H, W) grey levels to show in place of the stored ones
     """
     slm = video.slm
-    field = system.field(video.read(number))
+    field = system.field(video.read(number) if levels is None else levels)
     image = np.zeros(slm.shape, dtype=np.float32)
     for target in targets_of(video, number):
         slices = _pixels(target, slm.shape, slm.pixel_pitch, margin)

@@ -75,7 +75,10 @@ def chosen_frames(asked: list[tuple[int, int]] | None, video: Any) -> list[int]:
 )
 @click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
 @click.option(
-    "--plot", type=click.Path(path_type=Path), default=None, help="Draw the focus curves (PNG)."
+    "--plot",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="Draw the focus curves: .png, .pdf or .svg.",
 )
 def command(
     video: Path,
@@ -99,7 +102,10 @@ def command(
     from chrmc.store import open_video
     from reconstruct import report
     from reconstruct.checking import check, scene_named
+    from reconstruct.figure import check_figure
 
+    if plot is not None:
+        check_figure(plot)
     stored = open_video(video)
     if truth and scene is None:
         scene = scene_named(stored)

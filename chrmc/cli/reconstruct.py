@@ -28,9 +28,26 @@ from chrmc.cli.optics_options import (
 @click.option("--all", "everything", is_flag=True, help="All frames (or --frames) into a folder.")
 @frames_option
 @click.option(
+    "--movie",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="All frames (or --frames) as one .mp4 or .gif, every object in focus unless --depth or "
+    "--follow says otherwise.",
+)
+@click.option(
+    "--looks",
+    type=click.IntRange(1),
+    default=None,
+    help="Average so many draws of the points' phases, so that speckle fades, and compare the "
+    "picture with the rendered view.",
+)
+@click.option(
+    "--scene", default=None, help="What the video was made of, for --looks. [the video's name]"
+)
+@click.option(
     "--out",
     type=click.Path(path_type=Path),
-    required=True,
+    default=None,
     help="PNG for the eye or EXR with float32 intensities; a folder with --all or --depths.",
 )
 @click.option(
@@ -66,7 +83,7 @@ from chrmc.cli.optics_options import (
 )
 @click.option("--energy", is_flag=True, help="Print where the light went.")
 @bench_options
-def command(video: Path, out: Path, **options: Any) -> int:
+def command(video: Path, out: Path | None, **options: Any) -> int:
     """Reconstruct frames of the video in DIR at a depth, through the numeric 4-f system.
 
     Pictures have the SLM's pixels and orientation: a point at (x, y, DEPTH) appears at (x, y).
@@ -75,9 +92,17 @@ def command(video: Path, out: Path, **options: Any) -> int:
     chrmc reconstruct DIR --frame 21 --depth 252mm --out car.png
     chrmc reconstruct DIR --all --follow car --out FOLDER --preview car.gif
     chrmc reconstruct DIR --frame 21 --depths 245mm:270mm:51 --out FOLDER
+    chrmc reconstruct DIR --frame 21 --follow car --looks 20 --out car.png
+    chrmc reconstruct DIR --movie all.mp4
     """
     from chrmc.store import open_video
 
+    if options["movie"] is not None:
+        if options["everything"] or options["depths"] or options["number"] is not None:
+            raise click.UsageError("--movie goes without --all, --depths and --frame")
+        return _movie(open_video(video), options)
+    if out is None:
+        raise click.UsageError("say where to write, with --out")
     if options["everything"] and options["depths"]:
         raise click.UsageError("--all and --depths exclude each other")
     if options["everything"]:
@@ -127,19 +152,101 @@ def _one(stored: Any, out: Path, options: dict[str, Any]) -> int:
     stored.entry(number)
     depth = _depth_of(stored, options)(number)
     system = _system(stored, options)
-    image = system.image(stored.read(number), depth)
+    image, scene = _image(stored, system, number, depth, options)
     if options["camera"] is not None:
         _photograph(stored, system, image, out, options)
     else:
         note = _note(stored, number, depth)
         write_image(out, image, note, options["full_scale"], options["gamma"])
     click.echo(f"{out}: frame {number} at {depth * 1e3:.3f} mm")
+    if scene is not None:
+        from reconstruct.looks import compare_with_view
+
+        for found in compare_with_view(image, scene.frame(number), system, depth):
+            click.echo(
+                f"  {found.name}: PSNR {found.psnr:.1f} dB, SSIM {found.ssim:.3f} against the "
+                f"rendered view, {options['looks']} looks"
+            )
     if options["energy"]:
         account = system.energy(stored.read(number))
         for name in ("absorbed", "blocked_filter", "blocked_lenses", "image"):
             share = getattr(account, name) / account.incident
             click.echo(f"  {name.replace('_', ' by '):<20}{share:>9.3%} of the light")
     return 0
+
+
+def _image(
+    stored: Any, system: Any, number: int, depth: float, options: dict[str, Any]
+) -> tuple[Any, Any]:
+    """Intensity at a depth, the mean of the looks asked for, and the scene that they needed."""
+    if options["looks"] is None:
+        return system.image(stored.read(number), depth), None
+    from chrmc.progress import progress
+    from reconstruct.looks import looks
+
+    scene = _scene(stored, options)
+    made = looks(stored, scene, number, options["looks"])
+    shown = [system.image(f, depth) for f in progress(made, "looks", options["looks"])]
+    return sum(shown) / len(shown), scene
+
+
+def _movie(stored: Any, options: dict[str, Any]) -> int:
+    """Frames one after the other, cropped to what the video shows."""
+    import numpy as np
+
+    from chrmc.progress import progress
+    from reconstruct.animation import check_animation, write_animation
+    from reconstruct.images import exposure, to_grey
+    from reconstruct.looks import looks
+    from reconstruct.sequence import composite, region_of, shrink
+
+    check_animation(options["movie"])
+    numbers_ = _numbers(stored, options)
+    system, region = _system(stored, options), region_of(stored)
+    fixed = options["depth"] is not None or options["follow"] is not None
+    depth_of = _depth_of(stored, options) if fixed else None
+    scene = None
+    if options["looks"] is not None:
+        scene = _scene(stored, options)
+    white, moving = options["full_scale"], []
+    for number in progress(numbers_, "movie"):
+        levels = [stored.read(number)]
+        if scene is not None:
+            levels = list(looks(stored, scene, number, options["looks"]))
+        shown = [
+            system.image(level, depth_of(number))
+            if depth_of is not None
+            else composite(stored, number, system, levels=level).image
+            for level in levels
+        ]
+        image = np.mean(shown, axis=0)
+        white = white or exposure(image) or None
+        small = shrink(image[region], options["width"])
+        moving.append(to_grey(small, white or 1.0, options["gamma"]))
+    write_animation(options["movie"], moving, options["rate"])
+    click.echo(f"{options['movie']}: {len(moving)} frames at {options['rate']:g} a second")
+    return 0
+
+
+def _scene(stored: Any, options: dict[str, Any]) -> Any:
+    """What the video was made of."""
+    from chrmc.scene.load import load_scene
+    from reconstruct.checking import scene_named
+
+    name = options["scene"] or scene_named(stored)
+    return load_scene(name, form=str(stored.scene["form"]), slm=stored.slm)
+
+
+def _numbers(stored: Any, options: dict[str, Any]) -> list[int]:
+    """The frames asked for, all by default."""
+    numbers_ = list(stored.numbers)
+    if options["frames"] is not None:
+        first, last = options["frames"]
+        stored.entry(first), stored.entry(last)
+        numbers_ = [n for n in numbers_ if first <= n <= last]
+    if not numbers_:
+        raise ValueError(f"{stored.folder} has no such frames")
+    return numbers_
 
 
 def _photograph(stored: Any, system: Any, image: Any, out: Path, options: dict[str, Any]) -> None:
@@ -255,13 +362,7 @@ def _all(stored: Any, out: Path, options: dict[str, Any]) -> int:
     preview = options["preview"]
     if preview is not None:
         check_animation(preview)
-    numbers_ = list(stored.numbers)
-    if options["frames"] is not None:
-        first, last = options["frames"]
-        stored.entry(first), stored.entry(last)
-        numbers_ = [n for n in numbers_ if first <= n <= last]
-    if not numbers_:
-        raise ValueError(f"{stored.folder} has no such frames")
+    numbers_ = _numbers(stored, options)
     if out.exists() and not out.is_dir():
         raise ValueError(f"{out} is a file; --all writes a folder")
     depth_of = _depth_of(stored, options)

@@ -177,3 +177,14 @@ def test_panorama(video, capsys, tmp_path):
 def test_contradictions_are_one_line(video, capsys, tmp_path, arguments, says):
     code, _, err = run(capsys, "reconstruct", video, *arguments, "--out", tmp_path / "a.png")
     assert code == 2 and says in err and err.count("\n") == 1
+
+
+def test_check_from_python(video):
+    import reconstruct
+
+    found = reconstruct.check(video, frames=[1, 2])
+    assert [v.number for v in found] == [1, 2] and all(v.passed for v in found)
+    assert found[0].objects[0].faults == [] and abs(found[0].objects[0].depth_error) < 2e-4
+    assert len(reconstruct.check(open_video(video))) == 3
+    with pytest.raises(ValueError, match="no frame 9"):
+        reconstruct.check(video, [9])
