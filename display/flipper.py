@@ -22,7 +22,8 @@ class Surface(Protocol):
 
     size : (width, height) pixels; context : moderngl; vsync : flips wait for a refresh
     reported_refresh : Hz, 0 where unknown; notes : what the user should be told
-    place : where the window is ("ok", "moved", …), "" where that means nothing
+    place : where the window is ("ok", "moved", …), "" where that means nothing; cover : by what
+        it is covered
     window_manager : its name, or ""; monitor : a `display.monitors.Monitor`, or None
     """
 
@@ -33,6 +34,7 @@ class Surface(Protocol):
     name: str
     notes: list[str]
     place: str
+    cover: str
     window_manager: str
     monitor: Any
 

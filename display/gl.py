@@ -201,7 +201,7 @@ class Offscreen:
     vsync = False
     reported_refresh = 0.0
     name = "headless (EGL)"
-    place = ""
+    place = cover = ""
     window_manager = ""
     monitor = None
 

@@ -121,7 +121,7 @@ class Player:
         self._log = log or FlipLog(None)
         self._flipper = flipper
         self._faults: list[str] = []
-        self._shown = False
+        self._shown, self._place = False, ""
         self._wanted = False  # a key asks for a frame that has not been shown yet
         self._poll: Callable[[], None] = surface.poll
 
@@ -212,8 +212,17 @@ class Player:
                 else:
                     shown = "waiting"
                     flipper.waited += 1
-            yield flipper.flip(shown, self.pace)
+            flip = flipper.flip(shown, self.pace)
+            self._tell_place(flip)
+            yield flip
             left -= 1
+
+    def _tell_place(self, flip: Flip) -> None:
+        """A line whenever the window leaves its place or is covered."""
+        if flip.place != self._place and flip.place in ("moved", "covered", "hidden"):
+            by = f" by {self.surface.cover!r}" if flip.place == "covered" else ""
+            self.tell(f"warning: from flip {flip.flip} on the panel's window is {flip.place}{by}")
+        self._place = flip.place
 
     def _flips_for(self, place: int) -> int:
         """Flips that the frame at a place in the list gets."""

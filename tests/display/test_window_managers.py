@@ -70,15 +70,20 @@ def lands_and_stays(server, tmp_path, video_maker, slm, name):
         try:
             assert changed
             server.run("xdotool", "mousemove", str(x + 30), "130", "click", "1")
-            assert wait_for(lambda: shows(server, slm, frame), 30)
+            if name == "icewm" and slm is LEFT:  # its task bar comes to the front then
+                assert wait_for(lambda: ",covered" in log.read_text())
+            else:
+                assert wait_for(lambda: shows(server, slm, frame), 30)
+                assert wait_for(lambda: log.read_text().endswith(",ok\n"), 30)
         finally:
             visitor.kill()
             visitor.wait()
     finally:
         _, errors = finish(player)
     rows = list(csv.DictReader(log.open()))
-    print(name, slm.name, errors)
-    assert rows and {r["place"] for r in rows} == {"ok"}, (name, errors)
+    # A visitor may pass over the panel on its way to the place that its manager gives it.
+    assert rows and {r["place"] for r in rows} <= {"ok", "covered"}, (name, errors)
+    assert name not in ALWAYS or {r["place"] for r in rows} == {"ok"}, (name, errors)
     facts = json.loads(log.with_suffix(".json").read_text())
     assert facts["monitor"]["width"] == slm.width and facts["monitor"]["name"].startswith("DUMMY")
     return facts
@@ -125,6 +130,7 @@ def test_a_window_over_the_panel_is_logged(two_monitors, tmp_path, video_maker):
         player.kill()
     assert player.returncode == 1, errors
     assert "did NOT show the whole window" in output
+    assert "the panel's window is covered by 'xmessage'" in errors
 
 
 def window_of(server):
