@@ -10,6 +10,7 @@ is nearly linear in α and β, so that sums over points are nearly products of t
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ Floats = NDArray[np.float64]
 Span = tuple[float, float]
 
 FARTHEST = 0.62
-"""Direction cosine up to which a chart reaches."""
+"""Sine of the angle up to which a chart reaches."""
 STEEPEST = 1.0
 """Slope |dα/dβ| up to which the hologram's columns may lean."""
 _SIDE = 5  # samples along the hologram's sides
@@ -38,7 +39,7 @@ class View:
     @property
     def whole(self) -> bool:
         """A chart can hold it."""
-        far = max(-self.alpha[0], self.alpha[1], -self.beta[0], self.beta[1])
+        far = hypot(max(-self.alpha[0], self.alpha[1]), max(-self.beta[0], self.beta[1]))
         return far < FARTHEST and self.tilt < STEEPEST
 
 

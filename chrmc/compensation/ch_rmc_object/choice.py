@@ -68,7 +68,7 @@ def choose(
     count = len(thing.cloud)
     nodes = len(plan.axes[0].nodes), len(plan.axes[1].nodes)
     fresh = _SERIES + cost_of_sums(bounding_box(thing.cloud.positions), count, nodes, plane)
-    best, chosen = np.inf, Choice(None, _WAIT, "it turns too far in a frame")
+    best, chosen = np.inf, Choice(None, _WAIT, "no chart of directions holds two of its frames")
     for frames in _lengths(len(poses)):
         axes = mean_rotation(poses[:frames])
         own = (outline.rim - outline.middle) @ axes.T

@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 SHARE = 0.2
 """Of the tolerance: for each of α, β and the sums behind the grid."""
 _RANGE_SHARE = 0.3  # for the layers of range
+_LONGEST = 0.02  # step of a grid, so that what it has beyond the view is still a direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +53,7 @@ def make_grid(
     # ∂(Δ·d)/∂α = Δ_1 + Δ_3·α/γ; the path's second order adds Δ²/r to a share of it.
     across, down = (1.02 * (half[i] + half[2] * far[i] / gamma) / wavelength for i in range(2))
     down += across * view.tilt
-    steps = taps.step(across), taps.step(down)
+    steps = min(taps.step(across), _LONGEST), min(taps.step(down), _LONGEST)
     pad = taps.count // 2 + 1
     count = [
         ceil((high - low) / h) + 2 * pad + 1 for (low, high), h in zip(spans, steps, strict=True)
