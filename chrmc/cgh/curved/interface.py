@@ -9,7 +9,8 @@ sum       `sum_points` gives the baseband at nodes, for `cost_of_sums`; `make_se
 assemble  `Factor` is a baseband with its nodes; `field_of` and `signal_of` make pixels of some
 waves     `axis_cycles`, `reference_cycles`, `phasor`, `phasors`: phases without cancellation
 predict   `sample_points` stand for all, `budget_of` gives the `Budget` of a factor, powers of its
-          error and its light; `promise_kept` whether that is good enough
+          error and its light; `promise_kept` whether that is good enough;
+          `measured_error` looks at some pixels, up to `SURE` of the tolerance they may miss
 at once   `low_rank` does all of this for one cloud; `spread` and `alone` share the cores
 """
 
@@ -29,9 +30,11 @@ from chrmc.cgh.curved.nodes import Axis, Line, part_of
 from chrmc.cgh.curved.parallel import alone, spread
 from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
 from chrmc.cgh.curved.series import Remainder, Series, make_series
+from chrmc.cgh.curved.verify import SURE, measured_error
 from chrmc.cgh.curved.wave import Kernel, Reference, Wave, axis_cycles, phasors
 
 __all__ = [
+    "SURE",
     "Axes",
     "Axis",
     "Budget",
@@ -57,6 +60,7 @@ __all__ = [
     "lines_of",
     "low_rank",
     "make_series",
+    "measured_error",
     "part_of",
     "phasor",
     "phasors",

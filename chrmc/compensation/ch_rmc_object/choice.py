@@ -4,7 +4,7 @@ All costs are counted in multiply-adds of a matrix product, from the shapes of t
 the same scene is decided the same way on every machine.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from math import ceil
@@ -16,10 +16,12 @@ from chrmc.cgh.curved.interface import Line, Plane, bounding_box, cost_of_sums
 from chrmc.compensation.ch_rmc_object.chart import Views, mean_rotation
 from chrmc.compensation.ch_rmc_object.grid import Grid, make_grid
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, views_ahead
-from chrmc.scene.scene import Pose
+from chrmc.scene.scene import ObjectFrame, Pose, Scene
 
 Floats = NDArray[np.float64]
 
+LOOK_AHEAD = 600
+"""Frames whose poses are asked for, at most."""
 MOST_VALUES = 100_000_000
 """Complex numbers that the grids of all objects may hold: 800 MB."""
 
@@ -187,3 +189,19 @@ def _cost(
     rows = min(grid.count[1], _width(views)[1] / grid.step[1] + taps)
     look = number * x * (rows * (layers * _TAP * taps + _LOOK) + y * (_TAP * taps + 2 * _LOOK))
     return float(_FRAME + new + changed + look + carry)
+
+
+def poses_ahead(scene: Scene, thing: ObjectFrame, later: Sequence[int]) -> list[Pose]:
+    """An object's poses in the frames to come, as far as the scene can tell."""
+    tell: Callable[[str, int], Pose] | None = getattr(scene, "pose", None)
+    poses: list[Pose] = []
+    for number in later[:LOOK_AHEAD]:
+        if tell is not None:
+            pose: Pose | None = tell(thing.name, number)
+        else:
+            found = [o for o in scene.frame(number).objects if o.name == thing.name]
+            pose = found[0].pose if found and found[0].body is thing.body else None
+        if pose is None:
+            break
+        poses.append(pose)
+    return poses

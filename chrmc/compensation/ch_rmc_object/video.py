@@ -14,28 +14,27 @@ points differ, and the frame is a key frame.
 Works on basebands, so the CGH method has to be `curved`.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chrmc.cgh import Method
 from chrmc.cgh.curved.interface import (
+    SURE,
     Budget,
     Factor,
     check_tolerance,
-    field_of,
     lines_of,
     low_rank,
+    measured_error,
     plane_of,
     promise_kept,
-    signal_of,
 )
-from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, choose
+from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, choose, poses_ahead
 from chrmc.compensation.ch_rmc_object.group import Group
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, outline_of, planned, same_light
+from chrmc.compensation.ch_rmc_object.render import Renderer
 from chrmc.compensation.ch_rmc_object.sphere import NotCovered
 from chrmc.compensation.frame import VideoFrame
 from chrmc.compensation.ledger import FrameRecord
@@ -46,8 +45,8 @@ from chrmc.scene.scene import ObjectFrame, Pose, Scene
 from chrmc.slm import SLM
 from chrmc.window import Window
 
-LOOK_AHEAD = 600
-"""Frames whose directions a key group looks ahead to, at most."""
+_LOOKED = 5000  # points up to which every frame is looked at on some pixels
+_SOMETIMES = 8  # beyond that every so many
 _AIM = 0.7  # of the tolerance: one key frame has to do for many frames, the worst included
 
 
@@ -121,7 +120,8 @@ class _Maker:
         self._tracks: dict[str, _Track] = {}
         self._outlines: dict[str, Outline] = {}
         self._made = 0
-        self._still: dict[str, tuple[tuple[tuple[str, int], ...], NDArray[Any]]] = {}
+        self._renderer = Renderer(slm, wavelength, self._window, coding)
+        self._whole: tuple[tuple[int, ...], _Track | None] = (), None
 
     def frames(self) -> Iterator[VideoFrame]:
         for number in self._numbers:
@@ -139,15 +139,20 @@ class _Maker:
                 if track is None or not same:
                     moved.add(thing.name)
                     track = self._follow(track, thing, number, record)
-                    self._tracks[thing.name] = track
+                    self._tracks.pop(thing.name, None)
+                    self._tracks[thing.name] = track  # last, as the latest that was made
                 tracks.append(track)
                 total += track.budget
+            tracks, total = self._together(tracks, scene_frame.cloud, record, total)
             record.error_predicted = total.relative
+            names = {track.thing.name: track.version for track in tracks}
+            still = {name: version for name, version in names.items() if name not in moved}
+            shares = [(track.thing.name in still, track.factors) for track in tracks]
             yield VideoFrame(
                 scene_frame,
                 record,
-                self._renderer("field", tracks, moved, record),
-                self._renderer("signal", tracks, moved, record),
+                self._renderer.of("field", shares, still, record),
+                self._renderer.of("signal", shares, still, record),
             )
 
     def _follow(
@@ -167,12 +172,12 @@ class _Maker:
                 if made is None:
                     break
                 factor, budget = made
-                if promise_kept([factor], budget, self._tolerance):
+                if self._good(factor, thing.cloud, budget, number % _SOMETIMES == 0):
                     self._book(group, thing, record)
                     return self._track(thing, [factor], budget, group)
         elif track is not None and number < track.wait:
             return self._afresh(thing, record, "", track.wait)
-        ahead = self._ahead(thing, number)
+        ahead = poses_ahead(self._scene, thing, [n for n in self._numbers if n > number])
         before = None if track is None else track.thing.pose
         rested = before is not None and before.same_as(thing.pose)
         if not rested and all(pose.same_as(thing.pose) for pose in ahead):
@@ -210,7 +215,7 @@ class _Maker:
         for _ in range(3):
             with record.stage("CON"):
                 plan = planned(thing, outline, self._targets, self._plane, aim)
-                free = MOST_VALUES - self._held_beside(thing.name)
+                free = self._room(thing.name)
                 choice = choose(
                     plan, outline, poses, self._targets, self._plane, aim, free, self._always
                 )
@@ -222,17 +227,65 @@ class _Maker:
             if made is None:
                 break
             factor, budget = made
-            if promise_kept([factor], budget, self._tolerance):
+            if self._good(factor, thing.cloud, budget, True):
                 self._book_key(thing, record)
                 record.reuse[thing.name] = choice.why
                 return self._track(thing, [factor], budget, group)
             aim *= max(0.5 * self._tolerance / budget.relative, 1e-3)
         return self._afresh(thing, record, "a sphere would not be exact enough", number + 8)
 
-    def _held_beside(self, name: str) -> int:
-        """Complex numbers that the other objects' spheres hold."""
-        groups = [t.group for n, t in self._tracks.items() if n != name and t.group is not None]
-        return sum(group.sphere.size for group in groups)
+    def _good(self, factor: Factor, cloud: PointCloud, budget: Budget, look: bool) -> bool:
+        """Whether an object may be shown so, by what is expected and by a look at some pixels.
+
+        look : even where points are so many that it costs more than a little
+        """
+        if not promise_kept([factor], budget, self._tolerance):
+            return False
+        return not (look or len(cloud) <= _LOOKED) or self._missed([factor], cloud, budget) <= SURE
+
+    def _missed(self, factors: list[Factor], cloud: PointCloud, budget: Budget) -> float:
+        """The error on some pixels, over the tolerance."""
+        plane, tolerance = self._plane, self._tolerance
+        return (
+            measured_error(
+                factors, cloud, self._targets, self._wavelength, plane.reach, tolerance,
+                budget.relative,
+            )
+            / tolerance
+        )  # fmt: skip
+
+    def _together(
+        self, tracks: list[_Track], cloud: PointCloud, record: FrameRecord, total: Budget
+    ) -> tuple[list[_Track], Budget]:
+        """Tracks, or one for all where the light of several objects cancels."""
+        if len(tracks) < 2 or len(cloud) > _LOOKED:
+            return tracks, total
+        versions = tuple(track.version for track in tracks)
+        known, whole = self._whole
+        if known != versions:
+            with record.stage("PA"):
+                factors = [factor for track in tracks for factor in track.factors]
+                cancels = self._missed(factors, cloud, total) > SURE
+            whole = None
+            if cancels:
+                thing = ObjectFrame("", cloud)
+                whole = self._afresh(thing, record, "the light of several objects cancels")
+            self._whole = versions, whole
+        return (tracks, total) if whole is None else ([whole], whole.budget)
+
+    def _room(self, name: str) -> int:
+        """Complex numbers that an object's sphere may hold; others longest unseen make room."""
+        held = {
+            other: track.group.sphere.size
+            for other, track in self._tracks.items()
+            if other != name and track.group is not None
+        }
+        for other in list(held):
+            if sum(held.values()) <= MOST_VALUES // 2:
+                break
+            self._tracks[other].group = None
+            del held[other]
+        return MOST_VALUES - sum(held.values())
 
     def _looked_up(
         self,
@@ -296,45 +349,4 @@ class _Maker:
         record.blank_share = max(record.blank_share, count.soft / pixels)
         record.reuse[thing.name] = "from its sphere" + (
             f", {count.directions} points summed in new directions" if count.directions else ""
-        )
-
-    def _ahead(self, thing: ObjectFrame, number: int) -> list[Pose]:
-        """The object's poses in the frames to come, as far as the scene can tell."""
-        later = [n for n in self._numbers if n > number][:LOOK_AHEAD]
-        poses: list[Pose] = []
-        for n in later:
-            pose = self._scene.pose(thing.name, n)
-            if pose is None:
-                break
-            poses.append(pose)
-        return poses
-
-    def _renderer(
-        self, kind: str, tracks: list[_Track], moved: set[str], record: FrameRecord
-    ) -> Callable[[], NDArray[Any]]:
-        def make() -> NDArray[Any]:
-            with record.stage("HC"):
-                still = [t for t in tracks if t.thing.name not in moved]
-                moving = [f for t in tracks if t.thing.name in moved for f in t.factors]
-                base = self._still_part(kind, still)
-                return self._render(kind, moving, base)
-
-        return make
-
-    def _still_part(self, kind: str, still: list[_Track]) -> NDArray[Any] | None:
-        """The sum of objects that did not move since the frame before, kept while they rest."""
-        if not still:
-            return None
-        name = tuple((t.thing.name, t.version) for t in still)
-        kept = self._still.get(kind)
-        if kept is None or kept[0] != name:
-            kept = name, self._render(kind, [f for t in still for f in t.factors], None)
-            self._still[kind] = kept
-        return kept[1]
-
-    def _render(self, kind: str, factors: list[Factor], base: NDArray[Any] | None) -> NDArray[Any]:
-        if kind == "field":
-            return field_of(factors, self._slm, self._wavelength, self._window, base)
-        return signal_of(
-            factors, self._slm, self._wavelength, self._window, self._coding.carrier, base
         )

@@ -175,6 +175,100 @@ def test_other_cgh_methods_and_bad_tolerances_are_refused() -> None:
         next(chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc", tolerance=0.5))
 
 
+def seen_now_and_then(points: PointCloud, shown: list[bool], poses: list[Pose]) -> PointScene:
+    """A body beside one that rests, which is gone in some frames."""
+    still = Pose(np.eye(3), np.array([-4e-4, -5e-4, 0.21]))
+    return PointScene(
+        "now and then",
+        {"guest": points, "rest": body(60, (4e-4,) * 3, 2)},
+        {"guest": poses, "rest": [still]},
+        {"guest": [np.full(len(points), here) for here in shown]},
+    )
+
+
+@pytest.mark.parametrize("reuse", ["auto", "always"])
+@pytest.mark.parametrize("encoding", ["ssb", "real"])
+def test_a_body_that_goes_away_and_comes_back(encoding: str, reuse: str) -> None:
+    points = body(50, (6e-4, 3e-4, 4e-4), 5)
+    poses = [
+        Pose(Rotation.from_rotvec([0, 0.05 * k, 0]).as_matrix(), np.array([3e-4, 2e-4, 0.2]))
+        for k in (0, 1, 2, 0, 0, 5, 0, 0)  # it turns, comes back to where it was, and rests
+    ]
+    shown = [True, True, False, True, False, True, True, True]
+    scene = seen_now_and_then(points, shown, poses)
+    check_frames(scene, PANEL, 1e-3, encoding, reuse)
+
+
+def test_points_that_flicker_are_added_once_and_stay_exact() -> None:
+    panel = SLM("801 × 601 at 3.7 µm", 801, 601, 3.7e-6)
+    points = body(150, (2e-3, 1.5e-3, 2e-3), 8)
+    random = np.random.default_rng(4)
+    poses = [
+        Pose(Rotation.from_rotvec([0, 0.01 * k, 0]).as_matrix(), np.array([0, 0, 1.44]))
+        for k in range(6)
+    ]
+    masks = [random.random(150) < 0.5 for _ in poses]
+    scene = PointScene("flicker", {"body": points}, {"body": poses}, {"body": masks})
+    keys = check_frames(scene, panel, 1e-3, "ssb")
+    assert keys == [True] + [False] * 5
+
+
+def test_bodies_whose_light_cancels_are_made_together_or_refused() -> None:
+    points = body(40, (6e-4, 3e-4, 4e-4), 5)
+    twin = PointCloud(points.positions, 0.999 * points.amplitude, points.phase + np.pi)
+    poses = [
+        Pose(Rotation.from_rotvec([0, 0.01 * k, 0]).as_matrix(), np.array([3e-4, 2e-4, 0.2]))
+        for k in range(3)
+    ]
+    scene = PointScene("pair", {"one": points, "other": twin}, {"one": poses, "other": poses})
+    coding = coding_for("real", PANEL)
+    made = list(
+        chrmc.video(
+            scene, PANEL, cgh="curved", compensation="ch-rmc", coding=coding, tolerance=1e-2,
+            reuse="always",
+        )
+    )  # fmt: skip
+    for frame in made:
+        truth = chrmc.reference_field(
+            frame.cloud, PANEL, WAVELENGTH, rows=[7, 90, 150], passband=coding.passband
+        )
+        assert relative_error(frame.field[[7, 90, 150]], truth) <= 1e-2
+
+
+def test_a_body_that_rests_while_points_come_and_go_is_not_made_again() -> None:
+    scene = moving(lambda k: ([0, 0, 0], [3e-4, 2e-4, 0.2]), 5, shown=0.7)
+    keys = check_frames(scene, PANEL, 1e-3, "ssb")
+    # Afresh while nobody knows that anything changes, then on its sphere.
+    assert keys == [True, True, False, False, False]
+
+
+def test_reuse_that_does_not_pay_is_left_and_the_record_says_why() -> None:
+    scene = moving(lambda k: ([0, 1.0 * k, 0], [3e-4, 2e-4, 0.2]), 3)
+    made = list(chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc"))
+    assert all(frame.record.key for frame in made)
+    assert "no chart" in made[0].record.reuse["mover"] or "cost" in made[0].record.reuse["mover"]
+    with pytest.raises(ValueError, match='"auto" or "always"'):
+        next(chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc", reuse="never"))
+
+
+def test_spheres_of_many_bodies_stay_within_their_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    from chrmc.compensation.ch_rmc_object import video
+
+    monkeypatch.setattr(video, "MOST_VALUES", 300_000)
+    bodies = {f"b{k}": body(80, (6e-4, 3e-4, 4e-4), k) for k in range(5)}
+    poses = {
+        name: [
+            Pose(
+                Rotation.from_rotvec([0, 0.02 * n * (1 + k % 3), 0.01 * n]).as_matrix(),
+                np.array([2e-4 * k - 4e-4, 1e-4 * k, 0.2 + 2e-3 * k]),
+            )
+            for n in range(4)
+        ]
+        for k, name in enumerate(bodies)
+    }
+    check_frames(PointScene("five", bodies, poses), PANEL, 1e-3, "ssb")
+
+
 def test_three_frames_of_the_built_in_scene_at_full_size() -> None:
     random = np.random.default_rng(0)
     rows, columns = random.integers(0, 1200, 300), random.integers(0, 1920, 300)
