@@ -40,6 +40,7 @@ class Motion:
     """poses : node name (as trimesh calls it) to its pose in the file, per frame
     scales : node name to (3,) its size in the first frame, which the pose leaves out
     bent : what is no rigid body; frames : of the whole animation
+    compressed : whether its triangles are packed in a way that is not read here
     """
 
     poses: dict[str, list[Pose]] = field(default_factory=dict)
@@ -47,6 +48,7 @@ class Motion:
     rate: float | None = None
     bent: tuple[Bent, ...] = ()
     frames: int = 1
+    compressed: bool = False
     notes: tuple[str, ...] = ()
 
 
@@ -63,6 +65,8 @@ def read_motion(path: Path) -> Motion:
         gltf = pygltflib.GLTF2().load(str(path))
         if gltf is None:
             return Motion()
+        if "KHR_draco_mesh_compression" in (gltf.extensionsRequired or ()):
+            return Motion(compressed=True)
         channels = _channels(gltf)
         if not channels:
             return Motion()
@@ -156,7 +160,7 @@ def _sampled(gltf: Any, channels: dict[tuple[int, str], _Channel], path: Path) -
             f"{path.name}: bends (a skin or shapes that morph): its points keep their place on the "
             "surface but are no rigid body, so every frame is computed afresh"
         )
-    return Motion(poses, scales, RATE, bent, count, tuple(notes))
+    return Motion(poses, scales, RATE, bent, count, notes=tuple(notes))
 
 
 def _skinned(

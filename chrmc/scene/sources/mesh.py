@@ -1,5 +1,6 @@
 """Meshes: glTF, OBJ, PLY and STL, read by trimesh, with colours, textures and materials."""
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,8 @@ def read_mesh(path: Path) -> Model:
     absent: list[str] = []
     scene = _load(path, absent)
     motion = read_motion(path) if path.suffix.lower() in (".glb", ".gltf") else Motion()
+    if motion.compressed:
+        raise ValueError(f"{path} is compressed by Draco: export it without compression")
     notes = list(motion.notes)
     if absent:
         notes.append(f"{path.name}: {', '.join(dict.fromkeys(absent))} is absent; shown without it")
@@ -60,9 +63,12 @@ def _parts(
     dropped = 0
     for node in scene.graph.nodes_geometry:
         geometry = scene.geometry[scene.graph[node][1]]
-        if not hasattr(geometry, "faces"):
-            if hasattr(geometry, "colors"):
-                loose.append(cloud_of(geometry.vertices, _colours(geometry.colors)))
+        if np.ndim(getattr(geometry, "faces", 0)) != 2 or not len(geometry.faces):
+            place = np.asarray(getattr(geometry, "vertices", ()), dtype=np.float64)
+            if hasattr(geometry, "faces") or hasattr(geometry, "colors"):  # no lines
+                colours = getattr(geometry, "colors", None)
+                known = colours is not None and len(colours) == len(place) > 0
+                loose.append(cloud_of(place, _colours(colours) if known else None))
             continue
         if path.suffix.lower() == ".stl":  # whose triangles share no corners
             with np.errstate(invalid="ignore"):
@@ -86,6 +92,9 @@ def _load(path: Path, absent: list[str]) -> Any:
         raise ValueError(
             f"{path.name}: meshes are read by trimesh; install it with pip install 'chrmc[scenes]'"
         ) from None
+
+    # trimesh logs what it skips; what matters of it is in the notes.
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
     class Beside(trimesh.resolvers.FilePathResolver):
         """Files beside the mesh, also when named as Windows does; absent ones are noted."""
@@ -113,7 +122,7 @@ def _load(path: Path, absent: list[str]) -> Any:
 
 
 def _only_points(path: Path, loose: list[PointCloud], dropped: int, notes: list[str]) -> Model:
-    if loose:
+    if any(len(cloud) for cloud in loose):
         return Model({path.stem: PointCloud.concatenate(loose)}, notes=tuple(notes))
     why = f"none of its {dropped} faces has an area" if dropped else "no faces and no points"
     raise ValueError(f"{path} holds nothing to show: {why}; export it as triangles")

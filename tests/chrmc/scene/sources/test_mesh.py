@@ -154,6 +154,14 @@ def test_bad_files_get_one_line(models: Path, name: str) -> None:
     assert Path(name).name in str(told.value)
 
 
+def test_meshes_that_are_points_and_text_of_other_alphabets(models: Path) -> None:
+    for name, count in (("PLY/issue623.ply", 24), ("OBJ/box_UTF16BE.obj", 20)):
+        cloud = load_scene(str(models / name), points=FEW).frame(1).cloud
+        assert len(cloud) >= count
+    with pytest.raises(ValueError, match="without compression"):
+        load_scene(str(models / "glTF2/draco/2CylinderEngine.gltf"))
+
+
 def test_truncated_file_and_missing_file(models: Path, tmp_path: Path) -> None:
     whole = (models / "PLY" / "Wuson.ply").read_bytes()
     (tmp_path / "cut.ply").write_bytes(whole[: len(whole) // 2])
