@@ -1,7 +1,8 @@
 """Scene to stored hologram video: the work behind `chrmc.generate` and `chrmc generate`."""
 
+import errno
 from collections.abc import Collection, Generator, Iterator
-from contextlib import AbstractContextManager, closing, suppress
+from contextlib import AbstractContextManager, closing, contextmanager, suppress
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -131,7 +132,8 @@ def make_video(
     the group's first frame on, whichever of it are there already.
     """
     numbers = frame_range(recipe.scene, frames)
-    with writer_lock(folder), one_line(recipe.source, recipe.cgh, recipe.compensation):
+    own_code = one_line(recipe.source, recipe.cgh, recipe.compensation)
+    with told_when_full(folder), writer_lock(folder), own_code:
         if not (force and (folder / MANIFEST).exists()):
             return _fill(recipe, folder, numbers, suffix, workers, scheduler)
         new = folder / REPLACEMENT
@@ -145,6 +147,19 @@ def make_video(
             with suppress(OSError):
                 new.rmdir()  # when it is empty
         return made
+
+
+@contextmanager
+def told_when_full(folder: Path) -> Iterator[None]:
+    """A full disk in words."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        raise OSError(
+            f"{folder}: no space is left; what was finished is kept, the same command goes on"
+        ) from None
 
 
 def _is_another(folder: Path, description: dict[str, Any]) -> bool:

@@ -202,6 +202,7 @@ class GroupWriter:
     def save(self) -> None:
         """Write the record of the group's frames so far."""
         if self.entries:
+            _still_there(self.folder)
             frames = [self.entries[n] for n in sorted(self.entries)]
             write_json(self.path, {"made_on": arithmetic(), "frames": frames})
             self._saved = time.monotonic()
@@ -211,11 +212,15 @@ def store_frame(
     folder: Path, record: FrameRecord, levels: NDArray[np.uint8], suffix: str = ".tif"
 ) -> Entry:
     """Write one frame; its entry for the manifest."""
-    if not folder.is_dir():
-        raise FileNotFoundError(f"{folder} is gone: it was removed while frames were being made")
+    _still_there(folder)
     path = folder / f"frame_{record.number:04d}{suffix}"
     write_grey(path, levels)
     return {"number": record.number, "file": path.name, "sha256": sha256(path)} | asdict(record)
+
+
+def _still_there(folder: Path) -> None:
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder} is gone: it was removed while frames were being made")
 
 
 @dataclass
@@ -287,6 +292,7 @@ class VideoWriter:
 
     def save(self) -> None:
         """Write the manifest of all frames so far."""
+        _still_there(self.folder)
         start = time.monotonic()
         frames = [self.entries[n] for n in sorted(self.entries)]
         content = self.description | {"made_on": self.made_on, "frames": frames}

@@ -236,3 +236,37 @@ def test_what_a_killed_run_left_is_taken_in_and_swept(tmp_path: Path) -> None:
     assert json.loads(path.read_text()) == manifest
     assert {p: p.stat().st_mtime_ns for p in tmp_path.glob("*.tif")} == before
     assert {p.name for p in tmp_path.iterdir()} == {"manifest.json", *(p.name for p in before)}
+
+
+def test_a_folder_that_is_removed_meanwhile_is_told_and_not_made_again(slow: Path) -> None:
+    process = start(slow, "v", "--compensation", "tr-nlut")
+    wait_for(lambda: len(list((slow / "v").glob("frame_*"))) > 1, process)
+    (slow / "v").rename(slow / "away")
+    _, told = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert told.count("\n") == 1
+    assert "is gone" in told
+    assert not (slow / "v").exists()
+    assert not list((slow / "away").glob(".*.partial*"))
+
+
+def test_a_full_disk_is_told_and_what_was_finished_is_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    resource = pytest.importorskip("resource")
+    options: dict[str, Any] = {"slm": PANEL, "cgh": "fresnel", "check_pixels": 0}
+    chrmc.generate(driving_scene(), tmp_path, frames=(1, 2), **options)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:  # a file may not grow: as good as a full disk
+        resource.setrlimit(resource.RLIMIT_FSIZE, (8000, before[1]))
+        with pytest.raises(OSError) as caught:
+            chrmc.generate(driving_scene(), tmp_path, **options)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, handler)
+    assert "\n" not in str(caught.value).strip()
+    video = chrmc.open_video(tmp_path)
+    assert video.numbers == [1, 2]
+    assert not list(tmp_path.glob(".*"))
+    assert chrmc.generate(driving_scene(), tmp_path, **options).numbers == list(range(1, 9))
