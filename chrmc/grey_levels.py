@@ -165,7 +165,7 @@ def encode_signal(
     table = None if response is None or response.is_linear else response.table
     # What the nearest step of the amplitude becomes; none is needed where it is the grey itself.
     lookup = table
-    if bits != 8:
+    if bits < 8:
         allowed = allowed_levels(bits)
         steps = len(allowed) - 1
         lookup = allowed if table is None else allowed[np.rint(table / 255 * steps).astype(int)]
@@ -190,10 +190,13 @@ def encode_signal(
 
 
 def allowed_levels(bits: int) -> NDArray[np.uint8]:
-    """The (2^bits,) grey levels of a panel of so many bits, spread evenly over 0 … 255."""
-    if not 1 <= bits <= 8:
-        raise ValueError(f"a panel has 1 to 8 bits of grey, not {bits}")
-    count = 1 << bits
+    """The (2^bits,) grey levels of a panel of so many bits, spread evenly over 0 … 255.
+
+    Frames hold 8 bits, so a panel of more gets 256 levels.
+    """
+    if bits < 1:
+        raise ValueError(f"a panel has at least 1 bit of grey, not {bits}")
+    count = 1 << min(bits, 8)
     return np.rint(np.arange(count) * 255 / (count - 1)).astype(np.uint8)
 
 

@@ -13,11 +13,13 @@ if TYPE_CHECKING:
     from display.marks import SerialMark, UDPMark
     from display.monitors import Monitor, list_monitors
     from display.playing import play
+    from display.remote import Remote
     from display.screen import Screen
 
 _LAZY = {
     "Screen": "display.screen",
     "Flip": "display.log",
+    "Remote": "display.remote",
     "Trigger": "display.gl",
     "UDPMark": "display.marks",
     "SerialMark": "display.marks",
@@ -29,6 +31,7 @@ _LAZY = {
 __all__ = [
     "Flip",
     "Monitor",
+    "Remote",
     "Screen",
     "SerialMark",
     "Trigger",

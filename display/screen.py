@@ -210,6 +210,11 @@ class Screen:
                     return
                 yield flip
 
+    def pressed(self) -> list[str]:
+        """Keys pressed in the window since the last call, such as "space" or "7"."""
+        found: list[str] = self.surface.pressed()
+        return found
+
     def summary(self) -> Summary:
         """What was shown so far amounts to."""
         player = getattr(self, "_player", None)

@@ -16,7 +16,8 @@ from chrmc.cli.names import (
     settings_listing,
 )
 from chrmc.encoding import CODINGS
-from chrmc.slm import LC_R_1080, SLM
+from chrmc.panels import PANELS, panel_named
+from chrmc.slm import SLM
 
 
 class FrameRange(click.ParamType):
@@ -37,21 +38,26 @@ class FrameRange(click.ParamType):
 
 
 class SLMType(click.ParamType):
-    """`lc-r-1080`, or WIDTHxHEIGHT:PITCH, such as 1920x1080:8um."""
+    """A panel's name, its TOML file, or WIDTHxHEIGHT:PITCH, such as 1920x1080:8um."""
 
     name = "SLM"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> SLM:
         if isinstance(value, SLM):
             return value
+        try:
+            panel = panel_named(str(value))
+        except (OSError, ValueError) as error:
+            self.fail(str(error), param, ctx)
+        if panel is not None:
+            return panel.slm
         text = str(value).strip().lower()
-        if text == "lc-r-1080":
-            return LC_R_1080
         match = re.fullmatch(r"(\d{1,6})[x×](\d{1,6}):(.+)", text)
         if not match:
             self.fail(
-                f"{value!r} is no SLM; write lc-r-1080 or WIDTHxHEIGHT:PITCH, "
-                "such as 1920x1080:8um or 1920x1080:8e-6",
+                f"{value!r} is no SLM; write {', '.join(PANELS)} (chrmc panels lists them), a "
+                "file such as panel.toml, or WIDTHxHEIGHT:PITCH, such as 1920x1080:8um or "
+                "1920x1080:8e-6",
                 param,
                 ctx,
             )
@@ -97,7 +103,7 @@ slm_option = click.option(
     type=SLMType(),
     default="lc-r-1080",
     show_default=True,
-    help="lc-r-1080, or WIDTHxHEIGHT:PITCH such as 1920x1080:8um.",
+    help="A name (chrmc panels), a .toml file, or WIDTHxHEIGHT:PITCH such as 1920x1080:8um.",
 )
 wavelength_option = click.option(
     "--wavelength",

@@ -21,6 +21,8 @@ COMMANDS = {
     "view": ("chrmc.cli.view", "Look around in a video: frames, depths, filters."),
     "bench": ("chrmc.cli.bench", "Measure speed, error and the paper's numbers."),
     "monitors": ("chrmc.cli.monitors", "List the monitors."),
+    "panels": ("chrmc.cli.panels", "List the panels that --slm takes by name."),
+    "serve": ("chrmc.cli.serve", "Show what another program or machine sends."),
     "live": ("chrmc.cli.live", "Generate and play at once, without files."),
     "pattern": ("chrmc.cli.pattern", "Test pictures for setting up a bench."),
     "bench-sheet": ("chrmc.cli.bench_sheet", "What to build: orders, masks, camera distances."),

@@ -30,7 +30,7 @@ def wave(frame: NDArray[np.uint8]) -> NDArray[np.complex64]:
 
 def levels_of(phase: NDArray[np.floating], slm: SLM) -> NDArray[np.uint8]:
     """Nearest grey of a phase in radians, of the panel's 2^bits steps; uint8 (H, W)."""
-    steps = 1 << slm.bits
+    steps = 1 << min(slm.bits, 8)
     nearest = np.rint(phase * np.float32(steps / (2 * np.pi))).astype(np.int32) % steps
     return (nearest * (STEPS // steps)).astype(np.uint8)
 

@@ -1,0 +1,127 @@
+"""Panels by name: those shipped here, those in the user's folder, and TOML files.
+
+A panel's file says what its data sheet says:
+
+    name = "my panel"
+    width = 1920            # pixels
+    height = 1080
+    pixel_pitch = 8e-6      # metres
+    bits = 8                # optional, as are refresh (Hz) and fill_factor (0 to 1)
+    source = "data sheet of 2024"
+"""
+
+import os
+import sys
+import tomllib
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from chrmc.slm import LC_R_1080, SLM
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A panel and where its figures come from; kind is "amplitude", "binary" or "phase"."""
+
+    slm: SLM
+    kind: str
+    source: str
+
+
+KINDS = ("amplitude", "binary", "phase")
+PANELS = {
+    "lc-r-1080": Panel(LC_R_1080, "amplitude", "the CH-RMC paper's section on its experiment"),
+    "pluto": Panel(
+        SLM("HOLOEYE PLUTO-2.1", 1920, 1080, 8e-6, 8, 60.0, 0.93),
+        "phase",
+        "HOLOEYE's page of the PLUTO-2.1: 8.0 µm, 93 %, 60 Hz",
+    ),
+    "leto": Panel(
+        SLM("HOLOEYE LETO-3", 1920, 1080, 6.4e-6, 8, 60.0, 0.93),
+        "phase",
+        "HOLOEYE's page of the LETO-3: 6.4 µm, 93 %, 60 Hz",
+    ),
+    "dlp6500": Panel(
+        SLM("TI DLP6500", 1920, 1080, 7.56e-6, 1),
+        "binary",
+        "Texas Instruments' data sheet of the DLP6500: 7.56 µm; 60 Hz is its video input",
+    ),
+    "dlp7000": Panel(
+        SLM("TI DLP7000", 1024, 768, 13.68e-6, 1),
+        "binary",
+        "Texas Instruments' data sheet of the DLP7000: 13.68 µm; 60 Hz is a common video rate",
+    ),
+    "dlp9500": Panel(
+        SLM("TI DLP9500", 1920, 1080, 10.8e-6, 1),
+        "binary",
+        "Texas Instruments' data sheet of the DLP9500: 10.8 µm; 60 Hz is a common video rate",
+    ),
+}
+"""Figures of makers change with versions: compare them with your own panel's data sheet."""
+
+_KEYS = (*(f.name for f in fields(SLM)), "kind", "source")
+
+
+def user_folder() -> Path:
+    """Where a user's own panels lie, as NAME.toml."""
+    if sys.platform == "win32":
+        base = Path(os.environ.get("APPDATA", Path.home()))
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Application Support"
+    else:
+        base = Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config")
+    return base / "chrmc" / "panels"
+
+
+def all_panels() -> dict[str, Panel | str]:
+    """Shipped and own panels by name; a complaint in place of a file that cannot be read."""
+    found: dict[str, Panel | str] = dict(PANELS)
+    folder = user_folder()
+    for path in sorted(folder.glob("*.toml")) if folder.is_dir() else []:
+        try:
+            found[path.stem.lower()] = read_panel(path)
+        except (OSError, ValueError) as error:
+            found[path.stem.lower()] = str(error)
+    return found
+
+
+def panel_named(text: str) -> Panel | None:
+    """The panel of a name or of a TOML file; None for something else.
+
+    Raises OSError or ValueError for a file that is missing or wrong.
+    """
+    if text.lower().endswith(".toml"):
+        return read_panel(Path(text))
+    name = text.strip().lower()
+    if name in PANELS:
+        return PANELS[name]
+    path = user_folder() / f"{name}.toml"
+    if name.replace("-", "").replace("_", "").isalnum() and path.is_file():
+        return read_panel(path)
+    return None
+
+
+def read_panel(path: Path) -> Panel:
+    """The panel of a TOML file; OSError or ValueError, in one line, for a bad one."""
+    try:
+        values: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path} is no TOML: {error}") from None
+    unknown = [key for key in values if key not in _KEYS]
+    if unknown:
+        raise ValueError(f"{path}: no such key {unknown[0]!r}; a panel has {', '.join(_KEYS)}")
+    missing = [key for key in ("width", "height", "pixel_pitch") if key not in values]
+    if missing:
+        raise ValueError(f"{path}: {missing[0]} is missing")
+    kind = values.pop("kind", "amplitude")
+    if kind not in KINDS:
+        raise ValueError(f"{path}: kind is {', '.join(KINDS)}, not {kind!r}")
+    source = str(values.pop("source", path))
+    name = values.pop("name", path.stem)
+    if not isinstance(name, str) or not name.strip():
+        raise ValueError(f"{path}: name must be text")
+    try:
+        return Panel(SLM(name, **values), kind, source)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{path}: {error}") from None

@@ -1,0 +1,76 @@
+"""Panels by name, by file, and from the user's folder."""
+
+import pytest
+from click.testing import CliRunner
+
+from chrmc.cli.arguments import SLMType
+from chrmc.cli.main import group
+from chrmc.panels import KINDS, PANELS, panel_named, read_panel
+from chrmc.slm import LC_R_1080
+
+GOOD = 'name = "mine"\nwidth = 800\nheight = 600\npixel_pitch = 9e-6\nbits = 1\nkind = "binary"\n'
+
+
+def convert(text):
+    return SLMType().convert(text, None, None)
+
+
+def test_shipped_panels_have_a_source_and_a_kind():
+    assert convert("lc-r-1080") is LC_R_1080
+    for name, panel in PANELS.items():
+        assert convert(name.upper()) is panel.slm
+        assert panel.source and panel.kind in KINDS
+        assert (panel.slm.bits == 1) == (panel.kind == "binary")
+
+
+def test_sizes_and_pitches_with_units():
+    for text in ("800x600:8um", "800×600:8µm", "800x600:8e-6"):
+        slm = convert(text)
+        assert (slm.width, slm.height) == (800, 600)
+        assert slm.pixel_pitch == pytest.approx(8e-6)
+
+
+def test_a_file_is_a_panel(tmp_path):
+    path = tmp_path / "panel.toml"
+    path.write_text(GOOD)
+    slm = convert(str(path))
+    assert (slm.name, slm.width, slm.bits, slm.pixel_pitch) == ("mine", 800, 1, 9e-6)
+    assert panel_named(str(path)).kind == "binary"
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("width = ", "no TOML"),
+        ("width = 800\nheight = 600\n", "pixel_pitch is missing"),
+        (GOOD + "colour = 3\n", "no such key 'colour'"),
+        (GOOD.replace("9e-6", "9.0"), "pixel_pitch"),
+        (GOOD.replace("9e-6", '"wide"'), "pixel_pitch"),
+        (GOOD.replace("800", "0"), "side"),
+        (GOOD.replace("binary", "sound"), "kind is amplitude, binary, phase"),
+        (GOOD.replace('"mine"', "7"), "name must be text"),
+    ],
+)
+def test_a_bad_file_is_one_line(tmp_path, text, complaint):
+    path = tmp_path / "panel.toml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=complaint) as caught:
+        read_panel(path)
+    assert "panel.toml" in str(caught.value)
+
+
+def test_own_panels_are_found_and_listed(tmp_path, monkeypatch):
+    monkeypatch.setattr("chrmc.panels.user_folder", lambda: tmp_path)
+    (tmp_path / "mine.toml").write_text(GOOD)
+    (tmp_path / "broken.toml").write_text("width = 3")
+    assert convert("mine").width == 800
+    listing = CliRunner().invoke(group, ["panels"]).output
+    assert "mine" in listing and "800 × 600" in listing and "dlp6500" in listing
+    assert "height is missing" in listing
+
+
+def test_an_unknown_name_says_what_there_is():
+    done = CliRunner().invoke(group, ["monitors", "--slm", "plutonium"])
+    assert (
+        done.exit_code == 2 and "lc-r-1080" in done.output and "WIDTHxHEIGHT:PITCH" in done.output
+    )
