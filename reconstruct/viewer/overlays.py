@@ -109,8 +109,8 @@ def rectangle(pane: Pane, drawn: Any, region: Region) -> None:
     low = [min(a, b) - 0.5 for a, b in zip(region.corner, region.opposite, strict=True)]
     high = [max(a, b) + 0.5 for a, b in zip(region.corner, region.opposite, strict=True)]
     a, b = pane.screen_point(*low), pane.screen_point(*high)
-    drawn.add_rect(a, b, colour(0, 0, 0, 0.7), 0.0, 0, 4.0)
-    drawn.add_rect(a, b, colour(0.35, 0.75, 1.0), 0.0, 0, 1.8)
+    drawn.add_rect(a, b, colour(0, 0, 0, 0.7), thickness=4.0)
+    drawn.add_rect(a, b, colour(0.35, 0.75, 1.0), thickness=1.8)
 
 
 def fault(pane: Pane, drawn: Any, words: str) -> None:

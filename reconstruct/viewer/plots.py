@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 from numpy.typing import NDArray
 
 from reconstruct.viewer.figure import length_words
-from reconstruct.viewer.measure import profile, statistics
+from reconstruct.viewer.measure import profile
 from reconstruct.viewer.panes import colour
 from reconstruct.viewer.session import Session
 from reconstruct.viewer.widgets import button, em, rows, tip
@@ -47,7 +47,7 @@ def focus_curves(session: Session) -> None:
             ImVec2(across(float(z)), place.y + height - 6 - float(v) * room)
             for z, v in zip(depths, curve, strict=True)
         ]
-        drawn.add_polyline(points, shade, 1.6, 0)
+        drawn.add_polyline(points, shade, thickness=1.6, flags=0)
 
     x = place.x + 8
     for i, (name, curve) in enumerate(model.curves.items()):
@@ -99,10 +99,8 @@ def marks(session: Session) -> None:
         _profile(along[0][0], [values for _, values in along])
     elif model.region is None:
         imgui.text_disabled("drag on a reconstruction to measure it")
-    if model.region is not None:
-        found = statistics(
-            picture.light, model.region.scaled(model.video.slm.shape, picture.light.shape)
-        )
+    found = session.statistics()
+    if found is not None:
         rows(
             "statistics",
             [
@@ -128,6 +126,6 @@ def _profile(share: NDArray[np.float64], series: Sequence[NDArray[np.float64]]) 
             )
             for k in range(0, len(values), step)
         ]
-        drawn.add_polyline(points, colour(*SERIES[i]), 1.5, 0)
+        drawn.add_polyline(points, colour(*SERIES[i]), thickness=1.5, flags=0)
     dim = imgui.get_color_u32(imgui.Col_.text_disabled)
     drawn.add_text(ImVec2(place.x + 6, place.y + 2), dim, f"{top:.3g}")

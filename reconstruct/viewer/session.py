@@ -12,7 +12,9 @@ from reconstruct.sequence import following
 from reconstruct.viewer import saving
 from reconstruct.viewer.compare import MODES as COMPARISONS
 from reconstruct.viewer.keys import action_of
+from reconstruct.viewer.measure import Region, Statistics, statistics
 from reconstruct.viewer.model import ViewerModel
+from reconstruct.viewer.pipeline import Picture
 from reconstruct.viewer.recent import note_recent, read_recent
 from reconstruct.viewer.shade import COLOURS, MODES
 from reconstruct.viewer.sources import open_source, title_of
@@ -69,6 +71,7 @@ class Session:
 
     def _show(self, videos: Video | Sequence[Video]) -> None:
         self.model = ViewerModel(videos, self._wake)
+        self._statistics: tuple[Region, Picture, Statistics] | None = None
         slm = self.model.video.slm
         self.views = {
             "hologram": View(slm.width, slm.height),
@@ -109,6 +112,17 @@ class Session:
             return False
         getattr(self, action)()
         return True
+
+    def statistics(self) -> Statistics | None:
+        """Of the marked region of what is shown; kept until either changes."""
+        region, picture = self.model.region, self.model.picture(self.model.front)
+        if region is None or picture is None:
+            return None
+        if self._statistics is None or self._statistics[:2] != (region, picture):
+            shape = picture.light.shape[0], picture.light.shape[1]
+            part = region.scaled(self.model.video.slm.shape, shape)
+            self._statistics = region, picture, statistics(picture.light, part)
+        return self._statistics[2]
 
     # --- files ---
 

@@ -23,7 +23,7 @@ MARGIN = 8e-3
 """Metres that the depth slider reaches before the nearest and behind the farthest object."""
 RATES = (0.5, 60.0)
 """Frames a second that playing can be set to."""
-NEAREST = 1e-4
+NEAREST = 1e-6
 """Smallest depth that can be looked at, metres."""
 
 
@@ -161,6 +161,8 @@ class ViewerState:
         self._turn_to(self._index)
         if depth is not None:
             self.follow = None
+            if not names:  # nothing says where to look but this
+                self.depth_range = depth / 2, 2 * depth
             self.depth = depth
         self._history = History(self.snapshot())
 

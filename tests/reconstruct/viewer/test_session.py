@@ -10,6 +10,7 @@ import pytest
 from chrmc.store import open_video
 from reconstruct.images import read_image
 from reconstruct.viewer.keys import KEYS
+from reconstruct.viewer.measure import Region
 from reconstruct.viewer.recent import note_recent, read_recent
 from reconstruct.viewer.session import SAVES, Session
 from reconstruct.viewer.shade import shade
@@ -113,6 +114,19 @@ def test_all_kinds_of_files_are_saved_one_after_the_other(session, tmp_path):
     assert not list(tmp_path.glob(".*partial*"))
 
 
+def test_a_marked_region_is_measured_in_what_is_shown(session):
+    model = session.model
+    assert session.statistics() is None
+    model.region = Region((100, 90), (150, 170))
+    found = session.statistics()
+    part = model.picture().light[100:151, 90:171]
+    assert found.most == part.max() and found.mean == pytest.approx(part.mean(dtype=float))
+    assert session.statistics() is found
+    model.step()
+    model.settle()
+    assert session.statistics() is not found
+
+
 def test_a_difference_is_saved_with_what_was_measured(video, tmp_path):
     session = Session([open_video(video), open_video(video)], folder=tmp_path)
     session.model.mode = "difference"
@@ -159,6 +173,7 @@ def test_any_picture_opens_as_its_panel_says(video, tmp_path):
     assert session.title == "frame_0001.tif - chrmc"
     assert session.recent() == [path.resolve()]
     session.model.start(None, 0.06, None)
+    assert session.model.depth_range == (0.03, 0.12)
     session.model.settle()
     assert session.model.picture().light.max() > 0
     session.press("O")

@@ -35,6 +35,8 @@ def tell():
         "centre": [pane.view.x, pane.view.y], "resting": model.resting and not window._lively > 0,
         "help": session.help, "line": model.line and model.line.length(8.1e-6),
         "listed": imgui.is_popup_open("", int(imgui.PopupFlags_.any_popup)),
+        "tool": session.tool,
+        "region": model.region and [model.region.corner, model.region.opposite],
         "fault": model.fault(), "compared": model.mode, "longest": longest}), flush=True)
 while not glfw.window_should_close(window._handle):
     window.wait()
@@ -254,9 +256,10 @@ def test_escape_closes_what_is_open_and_never_the_window(start, video):
     leave(viewer)
 
 
-def test_a_line_is_drawn_with_the_hand(start, video):
+def test_marks_are_drawn_with_the_hand(start, video):
     viewer = start(video)
     viewer.key("l")
+    viewer.until(lambda s: s["tool"] == "line")
     a, b = viewer.at(60, 60), viewer.at(60, 160)
     viewer.hands("mousemove", *a, "mousedown", 1)
     viewer.hands("mousemove", (a[0] + b[0]) // 2, a[1], "sleep", "0.1", "mousemove", *b)
@@ -265,6 +268,14 @@ def test_a_line_is_drawn_with_the_hand(start, video):
     viewer.key("Escape")  # the tool is put away
     viewer.key("Escape")  # the mark is dropped
     viewer.until(lambda s: s["line"] is None)
+    viewer.key("r")
+    viewer.until(lambda s: s["tool"] == "region")
+    viewer.hands("mousemove", *a, "mousedown", 1)
+    viewer.hands("mousemove", b[0], b[1] + 60, "sleep", "0.1", "mouseup", 1)
+    state = viewer.until(lambda s: s["region"])
+    assert abs(state["region"][1][1] - state["region"][0][1]) == pytest.approx(100, abs=2)
+    viewer.key("Right")
+    viewer.until(lambda s: s["number"] == 2 and s["resting"])
     leave(viewer)
 
 
