@@ -1,8 +1,15 @@
 """Curved hologram: the field as a low-rank matrix around each cluster's spherical wave.
 
 A cluster's field is S(x, y)·m(x, y), S the separable reference wave from its centre. The baseband
-m varies slowly, so that a few hundred Chebyshev nodes in x and about a hundred in y fix it, and
-the hologram is A_y·M·A_x: two matrix products, no per-pixel transcendental.
+m varies slowly, so that a few hundred even nodes in x and about a hundred in y fix it, and the
+hologram is A_y·M·A_x: two matrix products, no per-pixel transcendental.
+
+plan      clusters, nodes, band, chebyshev
+sum       baseband, tables, series, wave; direct where that is exact or quick enough
+assemble  assembly
+predict   predict, before a pixel is computed, and verify, on some pixels
+
+docs/curved.md tells it in order.
 """
 
 from dataclasses import dataclass
@@ -11,6 +18,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cgh import rt
 from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.assembly import (
     Factor,
@@ -22,11 +30,17 @@ from chrmc.cgh.curved.assembly import (
 )
 from chrmc.cgh.curved.baseband import make_factor
 from chrmc.cgh.curved.clusters import Plane
-from chrmc.cgh.curved.direct import BEARABLE, SMALL, direct_field
+from chrmc.cgh.curved.direct import (
+    BEARABLE,
+    BEARABLE_BY_RAYS,
+    RAY_ERROR,
+    SMALL,
+    direct_field,
+)
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.parallel import alone, spread
 from chrmc.cgh.curved.predict import Budget, error_allowed
-from chrmc.cgh.curved.verify import SURE, measured_error
+from chrmc.cgh.curved.verify import SURE, field_error, measured_error
 from chrmc.cgh.method import CGHMethod
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import reach
@@ -119,8 +133,8 @@ def low_rank(
             error, allowed = max(error, seen), SURE * tolerance
             if error <= allowed:
                 return LowRank(factors, parts, Budget(error**2 * budget.light, budget.light))
-        if not np.isfinite(error):
-            break
+        if budget.least > allowed or not np.isfinite(error):
+            break  # as where waves all but cancel: denser nodes would not mend it
         aim *= max(0.7 * allowed / error, 1e-3)
     raise ValueError(
         f"the curved method cannot promise a tolerance of {tolerance:g} here: it expects an error "
@@ -205,11 +219,10 @@ def field_and_error(
     tolerance: float = 1e-3,
 ) -> tuple[NDArray[np.complex64], float | None]:
     """`field`, and the relative L2 error expected of it; None where it is the exact sum."""
-    check_tolerance(tolerance)
-    made = _low_rank_or_none(cloud, slm, wavelength, window, passband, tolerance)
-    if made is None:
-        return _direct(cloud, slm, wavelength, window, passband).astype(np.complex64), None
-    return field_of(made.factors, slm, wavelength, window), made.error_predicted
+    summed = _sum(cloud, slm, wavelength, window, passband, tolerance)
+    if isinstance(summed, LowRank):
+        return field_of(summed.factors, slm, wavelength, window), summed.error_predicted
+    return summed[0].astype(np.complex64, copy=False), summed[1]
 
 
 def signal(
@@ -235,42 +248,46 @@ def signal_and_error(
     tolerance: float = 1e-3,
 ) -> tuple[NDArray[np.float32], float | None]:
     """`signal`, and the relative L2 error expected of the field; None where it is the exact sum."""
-    check_tolerance(tolerance)
-    made = _low_rank_or_none(cloud, slm, wavelength, window, coding.passband, tolerance)
-    if made is None:
-        exact = _direct(cloud, slm, wavelength, window, coding.passband)
-        turn = 2 * np.pi * coding.carrier * slm.y(window.rows)[:, None]
-        real = exact.real * np.cos(turn) - exact.imag * np.sin(turn)
-        return real.astype(np.float32), None
-    made_signal = signal_of(made.factors, slm, wavelength, window, coding.carrier)
-    return made_signal, made.error_predicted
+    summed = _sum(cloud, slm, wavelength, window, coding.passband, tolerance)
+    if isinstance(summed, LowRank):
+        made = signal_of(summed.factors, slm, wavelength, window, coding.carrier)
+        return made, summed.error_predicted
+    turn = 2 * np.pi * coding.carrier * slm.y(window.rows)[:, None]
+    real = summed[0].real * np.cos(turn) - summed[0].imag * np.sin(turn)
+    return real.astype(np.float32), summed[1]
 
 
-def _low_rank_or_none(
+def _sum(
     cloud: PointCloud,
     slm: SLM,
     wavelength: float,
     window: Window,
     passband: Passband,
     tolerance: float,
-) -> LowRank | None:
-    """The low-rank form, or None where the exact sum is small or the only one good enough."""
+) -> LowRank | tuple[NDArray[np.complexfloating], float | None]:
+    """The low-rank form; or the exact sum, where that is little work or nothing else will do."""
+    check_tolerance(tolerance)
+    plane = plane_of(slm, wavelength, window, passband)
     work = len(cloud) * window.size
+
+    def exact() -> NDArray[np.complex128]:
+        x, y = slm.x(window.columns), slm.y(window.rows)
+        return direct_field(cloud, x, y, wavelength, plane.reach)
+
     if work <= SMALL:
-        return None
+        return exact(), None
     try:
         return low_rank(cloud, slm, wavelength, window, passband, tolerance=tolerance)
     except ValueError:
-        if work > BEARABLE:
+        if work <= BEARABLE:
+            return exact(), None
+        if work > BEARABLE_BY_RAYS or tolerance < 3 * RAY_ERROR:
             raise
-        return None
-
-
-def _direct(
-    cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
-) -> NDArray[np.complex128]:
-    plane = plane_of(slm, wavelength, window, passband)
-    return direct_field(cloud, slm.x(window.columns), slm.y(window.rows), wavelength, plane.reach)
+        made = rt.field(cloud, slm, wavelength, window, passband)
+        error = field_error(made, cloud, lines_of(slm, window), wavelength, plane.reach, tolerance)
+        if error > SURE * tolerance:
+            raise
+        return made, error
 
 
 METHOD = CGHMethod(

@@ -118,16 +118,17 @@ def make_factor(
         return _no_light(axes, reference), Budget(0.0, 0.0)
     wave = Wave(reference, plane.wavelength, plane.reach)
     places = targets[0].places, targets[1].places
-    error: list[float] = []
+    expected: list[tuple[float, float]] = []
 
     def expect(missed: Remainder) -> None:
-        error.append(expected_error(axes, cloud, places, wave, missed))
+        expected.append(expected_error(axes, cloud, places, wave, missed))
 
     real, imag, missed = sum_points(cloud, axes, reference, plane, tolerance, beside=expect)
-    if not error:
+    if not expected:
         expect(missed)
     factor = Factor(*axes, reference, *_single(real, imag))
-    return factor, Budget(error[0], light_of(factor))
+    error, rounding = expected[0]
+    return factor, Budget(error, light_of(factor), rounding)
 
 
 def _no_light(axes: Axes, reference: Reference) -> Factor:

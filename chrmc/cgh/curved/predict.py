@@ -32,13 +32,19 @@ ROUNDING = 5e-7
 
 @dataclass(frozen=True)
 class Budget:
-    """Powers summed over targets: of the expected error, and of the light itself."""
+    """Powers summed over targets: of the expected error, and of the light itself.
+
+    rounding : of the error, what single precision leaves however many nodes there are
+    """
 
     error: float
     light: float
+    rounding: float = 0.0
 
     def __add__(self, other: "Budget") -> "Budget":
-        return Budget(self.error + other.error, self.light + other.light)
+        return Budget(
+            self.error + other.error, self.light + other.light, self.rounding + other.rounding
+        )
 
     @property
     def relative(self) -> float:
@@ -46,6 +52,11 @@ class Budget:
         if self.light <= 0:
             return 0.0 if self.error <= 0 else float("inf")
         return sqrt(self.error / self.light)
+
+    @property
+    def least(self) -> float:
+        """Expected relative L2 error at any number of nodes."""
+        return sqrt(self.rounding / self.light) if self.light > 0 else 0.0
 
 
 def error_allowed(factors: Sequence[Factor], tolerance: float) -> float:
@@ -137,7 +148,8 @@ def budget_of(
     if not factor.real.size:
         return Budget(0.0, 0.0)
     axes = factor.axis_x, factor.axis_y
-    return Budget(expected_error(axes, cloud, targets, wave, missed), light_of(factor))
+    error, rounding = expected_error(axes, cloud, targets, wave, missed)
+    return Budget(error, light_of(factor), rounding)
 
 
 def expected_error(
@@ -146,8 +158,8 @@ def expected_error(
     targets: tuple[Floats, Floats],
     wave: Wave,
     missed: Remainder,
-) -> float:
-    """Expected Σ|error|² over the targets, known before the baseband is."""
+) -> tuple[float, float]:
+    """Expected Σ|error|² over the targets, known before the baseband is; of it, the rounding's."""
     its, wavelength, reach = wave.reference, wave.wavelength, wave.reach
     strength = (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
     chosen, share = sample_points(strength, cloud.positions)
@@ -182,8 +194,9 @@ def expected_error(
     if missed.series is not None:
         places = by_curvature(cloud.positions[chosen])
         dropped += missed.series.missed(places, its.kernel(wavelength), reach)
-    error = miss_x * light_y + light_x * miss_y + (dropped + ROUNDING**2) * light_x * light_y
-    return float(share @ error)
+    rounding = ROUNDING**2 * light_x * light_y
+    error = miss_x * light_y + light_x * miss_y + dropped * light_x * light_y + rounding
+    return float(share @ error), float(share @ rounding)
 
 
 def _lines(axis: Axis, x: Floats) -> Floats:
