@@ -76,7 +76,10 @@ def reference_samples(
             dx, dy = x[part] - xj, y[part] - yj
             weight = taper(dx, zj * half_x) * taper(dy, zj * half_y)
             distance = np.sqrt(dx**2 + dy**2 + zj**2)
-            phase = 2 * np.pi / wavelength * distance + cloud.phase[j0 : j0 + points, None]
+            # Whole turns out first, or the sum with the phase would lose its digits.
+            cycles = distance / wavelength
+            cycles -= np.rint(cycles)
+            phase = 2 * np.pi * cycles + cloud.phase[j0 : j0 + points, None]
             amplitude = cloud.amplitude[j0 : j0 + points, None] * weight / distance
             field[part] += np.sum(amplitude * np.exp(1j * phase), axis=0)
     return field.reshape(np.shape(rows))

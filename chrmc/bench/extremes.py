@@ -4,9 +4,12 @@ A case is decided by its seed alone. `curved` and the object surface promise a t
 error of 1e-5; the other methods promise to end, with finite numbers.
 """
 
+import csv
+import io
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -338,9 +341,29 @@ class Summary:
 
 def promises(row: dict[str, Any]) -> float:
     """The error that a row's method promises; 0 where it promises none."""
-    if row["method"] == DEFAULT_METHOD:
+    if row["method"] == DEFAULT_METHOD:  # videos too
         return float(row["tolerance"])
     return RT_ERROR if row["method"] == "rt" else 0.0
+
+
+def to_csv(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Rows as text, one line each."""
+    out = io.StringIO()
+    writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return out.getvalue()
+
+
+def read(path: Path) -> list[dict[str, Any]]:
+    """Rows that an earlier run left; none where there is no file. ValueError for another table."""
+    if not path.exists():
+        return []
+    rows: list[dict[str, Any]] = list(csv.DictReader(path.read_text("utf-8").splitlines()))
+    columns = list(Outcome(case_of(0)).row())
+    if not rows or any(list(row) != columns for row in rows):
+        raise ValueError(f"{path} is no table of extremes: choose another --out, or --force")
+    return rows
 
 
 def summaries(rows: list[dict[str, Any]]) -> Iterator[Summary]:

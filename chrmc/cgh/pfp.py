@@ -33,6 +33,7 @@ SUBPIXEL = ("exact", "round")
 FORMS = ("spherical", "fresnel")
 _ON_GRID = 1e-5  # pixels; 3e-5 rad at Nyquist
 _ON_PLANE = 1e-9  # metres; 1e-5 rad at 2 degrees
+_MOST_LINES = 2e8  # samples along the axes of all planes' patterns: half a minute
 _ROUND_UP = 64  # samples; so that a slowly moving scene does not rebuild its PFPs
 
 
@@ -201,6 +202,12 @@ class Placed:
             need = -(-need // _ROUND_UP) * _ROUND_UP
             half = float(self.z.max()) * reach(wavelength, f_max) / slm.pixel_pitch
             out.append(int(min(need, np.ceil(half) + 2)))
+        lines = len(np.unique(self.plane)) * float(sum(out))
+        if lines > _MOST_LINES:
+            raise ValueError(
+                f"look-up tables of {len(np.unique(self.plane))} depth planes would take "
+                f"{lines:.2g} samples along each axis: use a larger depth_step, rt or curved"
+            )
         return out[0], out[1]
 
     def select(self, index: NDArray[np.intp] | slice) -> "Placed":

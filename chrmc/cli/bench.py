@@ -11,6 +11,7 @@ SUBCOMMANDS: dict[str, tuple[str, str]] = {
     "rmc": ("chrmc.cli.bench_rmc", "Error and PSNR of the published CH-RMC along a video."),
     "paper": ("chrmc.cli.bench_paper", "The paper's numbers recomputed: consistent or not."),
     "tradeoff": ("chrmc.cli.bench_tradeoff", "Time against error of every method and setting."),
+    "extremes": ("chrmc.cli.bench_extremes", "Promises tried at the ends of every range."),
     "speed": ("chrmc.cli.bench_speed", "The low-rank methods timed on this machine."),
     "encodings": ("chrmc.cli.bench_encodings", "Efficiency and error of every encoding."),
     "propagation": ("chrmc.cli.bench_propagation", "Propagation against independent ones."),

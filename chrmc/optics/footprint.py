@@ -20,6 +20,10 @@ SOFT_SHARE = 0.1
 """Outer share of the half-width over which the weight falls from 1 to 0."""
 
 
+LIGHT = (1e-18, 1e18)
+"""Amplitude over distance of the brightest points: its square has to fit single precision too."""
+
+
 def reach(wavelength: float, f_max: float) -> float:
     """tan(asin(λ·f_max)): half-width of a footprint per unit of depth; inf from λ·f_max = 1 on."""
     s = wavelength * f_max
@@ -58,6 +62,12 @@ def check_showable(cloud: PointCloud, slm: SLM, wavelength: float, passband: Pas
         )
     if z.max() > DISTANCE_RANGE.high:
         DISTANCE_RANGE.of(z.max())
+    light = np.abs(cloud.amplitude).max() / z.min()
+    if light and not LIGHT[0] <= light <= LIGHT[1]:
+        raise ValueError(
+            f"the brightest points make {light:.3g} on the hologram, amplitude over distance, and "
+            f"single precision holds {LIGHT[0]:g} to {LIGHT[1]:g}: scale the amplitudes"
+        )
     overshoot = np.full(len(cloud), -inf)
     for axis, (count, f_max) in enumerate(
         ((slm.width, passband.fx_max), (slm.height, passband.fy_max))

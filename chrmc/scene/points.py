@@ -37,6 +37,10 @@ def numbers(
     return array
 
 
+MANY_TURNS = 1e6
+"""Radians beyond which phases are taken modulo a turn."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class PointCloud:
     """Points of light.
@@ -67,6 +71,10 @@ class PointCloud:
             if len(values) != len(positions):
                 raise ValueError(f"{len(positions)} positions but {len(values)} values of {name}")
             object.__setattr__(self, name, values)
+        if len(self.phase) and np.abs(self.phase).max() > MANY_TURNS:
+            # Else the sum with k·r would lose what is left of a turn.
+            turned = np.arctan2(np.sin(self.phase), np.cos(self.phase))
+            object.__setattr__(self, "phase", turned)
         if self.colour is not None:
             colour = numbers("colour", self.colour, (len(positions), 3))
             if colour.size and colour.min() < 0:

@@ -45,8 +45,9 @@ _EDGE_SHARE = 0.45  # of that, where footprints end
 _SMALL = 0.08  # a level's terms against those of the level before
 
 _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for it
-MOST_WORK = 2e10
-"""Points times nodes up to which waves are summed one by one."""
+MOST_WAVES = 2e8
+"""Points times nodes of a hologram up to which waves are summed one by one, a few seconds."""
+_SAMPLES = 0.1  # of a series, for each wave that it saves
 _SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
 
 
@@ -177,11 +178,11 @@ def sum_points(
         parts = clusters.leaves(cloud, box, (2, 2, 2)) if len(cloud) > _FEW else []
         if len(parts) > 1:
             return _from_leaves(parts, axes, reference, plane, tolerance)
-        work = len(cloud) * nodes[0] * nodes[1]
-        if work > MOST_WORK:
+        if nodes[0] * nodes[1] > plane.waves:
             raise ValueError(
-                f"{len(cloud)} points at {1e3 * box[2, 0]:.3g} mm would take {work:.1e} waves one "
-                f"by one, about {work * 4e-8 / 60:.0f} minutes: move them farther away"
+                f"points at {1e3 * box[2, 0]:.3g} mm would take {nodes[0] * nodes[1]:.1e} waves "
+                f"each, more than {plane.waves:.1e}: no short series fits them; move them farther "
+                "away or closer together, or take fewer"
             )
         return *exact_baseband(cloud, *axes, wave), Remainder()
     levels, between = _levels(cloud, axes, reference, plane, tolerance, series)
@@ -246,6 +247,8 @@ def series_for(
         clusters.bounding_box(by_curvature(cloud.positions)),
         reference.kernel(plane.wavelength),
         tolerance * _SERIES_SHARE,
+        # Beyond that, summing one by one or a smaller cluster's series is less work.
+        max(20_000, _SAMPLES * len(cloud) * len(axes[0].nodes) * len(axes[1].nodes)),
     )
 
 

@@ -155,16 +155,18 @@ def make_series(
     box: Floats,
     kernel: Kernel,
     tolerance: float,
+    most: float = MOST_SAMPLES,
 ) -> Series | None:
     """The shortest `Series` with a relative rms remainder below `tolerance`; None when too long.
 
-    x_range, y_range : the nodes' range, on the hologram for `plane_kernel`
+    x_range, y_range : the nodes' range
     box : (3, 2) the points' range
     kernel : the function to expand
+    most : samples of it that may be taken
     """
     ranges = [x_range, y_range, *((float(low), float(high)) for low, high in box)]
     counts = _few_samples(ranges, kernel, tolerance) or _sample_counts(ranges, kernel, tolerance)
-    if np.prod(counts, dtype=float) > MOST_SAMPLES:
+    if np.prod(counts, dtype=float) > min(most, MOST_SAMPLES):
         return None
     grids = [
         (low + high) / 2 + (high - low) / 2 * chebyshev(n)
