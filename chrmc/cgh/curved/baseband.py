@@ -47,6 +47,7 @@ _SMALL = 0.08  # a level's terms against those of the level before
 _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for it
 MOST_WAVES = 2e8
 """Points times nodes of a hologram up to which waves are summed one by one, a few seconds."""
+_WORTH = 3e7  # points times targets, from which splitting for want of a series is quicker
 _SAMPLES = 0.1  # of a series, for each wave that it saves
 _SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
 
@@ -176,6 +177,12 @@ def sum_points(
     if series is None or series.terms > _MOST_TERMS:
         # The rest of the wave changes too much over the cluster: smaller ones, or none at all.
         parts = clusters.leaves(cloud, box, (2, 2, 2)) if len(cloud) > _FEW else []
+        if len(parts) > 1 and len(cloud) * plane.x[2] * plane.y[2] < _WORTH:
+            raise ValueError(
+                f"points between {1e3 * box[2, 0]:.3g} and {1e3 * box[2, 1]:.3g} mm would take "
+                "thousands of small clusters, more work than pixel by pixel: use rt, or bring them "
+                "closer together"
+            )
         if len(parts) > 1:
             return _from_leaves(parts, axes, reference, plane, tolerance)
         if nodes[0] * nodes[1] > plane.waves:

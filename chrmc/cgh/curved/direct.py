@@ -17,7 +17,7 @@ SMALL = 400_000
 BEARABLE = 200_000_000
 """The same up to which it stands in, seconds slow, where a low-rank form is not exact enough."""
 
-BEARABLE_BY_RAYS = 2_000_000_000
+BEARABLE_BY_RAYS = 1_000_000_000
 """The same for `chrmc.cgh.rt`, whose waves are float32 where that leaves RAY_ERROR."""
 RAY_ERROR = 1e-5
 

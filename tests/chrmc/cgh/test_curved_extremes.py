@@ -89,8 +89,12 @@ def test_hopeless_work_is_refused_before_it_starts(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(curved.baseband, "_MOST_TERMS", 2)
     cloud = box(40, (1e-3, 1e-3, 5e-4), (0, 0, 1e-3))
     slm = SLM("s", 300, 201, 8.1e-6)
+    full, band = Window.full(slm), coding_for("real", slm).passband
+    with pytest.raises(ValueError, match="thousands of small clusters"):
+        curved.low_rank(cloud, slm, GREEN, full, band)
+    monkeypatch.setattr(curved.baseband, "_WORTH", 0)
     with pytest.raises(ValueError, match=r"points at [01]\.\d+ mm would take .* waves each"):
-        curved.low_rank(cloud, slm, GREEN, Window.full(slm), coding_for("real", slm).passband)
+        curved.low_rank(cloud, slm, GREEN, full, band)
 
 
 @pytest.mark.long

@@ -1,0 +1,232 @@
+"""What is handed over was looked at: coherence, grazing edges, cancelling waves, odd numbers."""
+
+import threading
+
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_info
+
+from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud, compute_field
+from chrmc.cgh import curved, field_and_error
+from chrmc.cgh.curved import parallel, predict, verify
+from chrmc.cgh.curved.baseband import cluster_axes
+from chrmc.cgh.curved.clusters import bounding_box, reference_of
+from chrmc.cgh.curved.tables import exact_baseband
+from chrmc.cgh.curved.wave import Wave
+from chrmc.encoding import coding_for
+from chrmc.optics.footprint import coverage, expected_power, reach
+from chrmc.optics.passband import full_band
+from chrmc.reference import reference_field, reference_samples, relative_error
+from chrmc.window import Window
+
+PANEL = SLM("panel", 320, 200, 16e-6)
+
+
+def cloud_of(count: int, size: tuple[float, ...], place: tuple[float, ...]) -> PointCloud:
+    random = np.random.default_rng(count)
+    return PointCloud(
+        (random.random((count, 3)) - 0.5) * size + place,
+        random.uniform(0.2, 1, count),
+        random.uniform(0, 6.3, count),
+    )
+
+
+def check(cloud: PointCloud, slm: SLM, tolerance: float, encoding: str = "real") -> None:
+    """Within tolerance on the whole panel's light, and expected within a factor of three."""
+    band = coding_for(encoding, slm).passband
+    made, expected = field_and_error(
+        cloud, slm, WAVELENGTH, "curved", passband=band, tolerance=tolerance
+    )
+    error = relative_error(made, reference_field(cloud, slm, WAVELENGTH, passband=band))
+    assert error <= tolerance
+    assert expected is None or error < 3 * expected or error < 1e-6
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_points_that_only_graze_the_panel(tolerance: float) -> None:
+    band = full_band(PANEL)
+    x = PANEL.x()[-1] + 0.94 * 0.2 * reach(WAVELENGTH, band.fx_max)
+    check(cloud_of(60, (3e-5, 1e-4, 1e-4), (x, 0, 0.2)), PANEL, tolerance)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
+def test_coherent_lattices(tolerance: float) -> None:
+    side = np.linspace(-4e-4, 4e-4, 18)
+    positions = np.stack([*np.meshgrid(side, side), np.full((18, 18), 0.05)], -1).reshape(-1, 3)
+    check(PointCloud(positions, np.ones(324), np.zeros(324)), PANEL, tolerance)
+
+
+def test_waves_that_all_but_cancel_are_exact_or_refused() -> None:
+    one = cloud_of(40, (3e-4,) * 3, (0, 0, 0.1))
+    both = PointCloud.concatenate(
+        [one, PointCloud(one.positions, one.amplitude, one.phase + np.pi * (1 + 1e-7))]
+    )
+    check(both, PANEL, 1e-3)
+    # By rays too: what is left is summed in double precision.
+    truth = reference_field(both, PANEL, WAVELENGTH)
+    assert relative_error(compute_field(both, PANEL, WAVELENGTH, "rt"), truth) < 1e-5
+    with pytest.raises(ValueError, match="all but cancel"):
+        curved.low_rank(both, PANEL, WAVELENGTH, Window.full(PANEL), full_band(PANEL))
+
+
+def test_a_wrong_factor_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    cloud = cloud_of(80, (5e-4,) * 3, (0, 0, 0.15))
+    window, band = Window.full(PANEL), full_band(PANEL)
+    made = curved.low_rank(cloud, PANEL, WAVELENGTH, window, band)
+    plane, lines = (
+        curved.plane_of(PANEL, WAVELENGTH, window, band),
+        curved.lines_of(PANEL, window),
+    )
+
+    def seen() -> float:
+        return verify.measured_error(
+            made.factors, cloud, lines, WAVELENGTH, plane.reach, 1e-3, 1e-3
+        )
+
+    assert seen() < 1e-3
+    made.factors[0].real[:] *= np.float32(1.05)
+    made.factors[0].imag[:] *= np.float32(1.05)
+    assert seen() == pytest.approx(0.05, rel=0.15)
+
+
+@pytest.mark.parametrize("wrong", ["x", "y", "rounding", "dropped"])
+def test_each_source_of_error_is_expected_where_it_dominates(wrong: str) -> None:
+    """One axis planned for 3e-2, the other for 1e-6; then terms left out on purpose."""
+    cloud = cloud_of(300, (9e-4, 7e-4, 5e-4), (3e-4, 2e-4, 0.12))
+    window, band = Window.full(PANEL), full_band(PANEL)
+    lines, plane = (
+        curved.lines_of(PANEL, window),
+        curved.plane_of(PANEL, WAVELENGTH, window, band),
+    )
+    reference = reference_of(bounding_box(cloud.positions), plane)
+    fine = cluster_axes(cloud, reference, lines, plane, 1e-6)
+    coarse = cluster_axes(cloud, reference, lines, plane, 3e-2)
+    axes = {"x": (coarse[0], fine[1]), "y": (fine[0], coarse[1])}.get(wrong, fine)
+    wave = Wave(reference, WAVELENGTH, plane.reach)
+    real, imag = exact_baseband(cloud, *axes, wave)
+    missed = predict.Remainder(None, 2e-3 if wrong == "dropped" else 0.0)
+    if wrong == "dropped":
+        noise = np.random.default_rng(0).normal(size=(2, *real.shape)).astype(np.float32)
+        scale = 2e-3 * np.sqrt(np.mean(real**2 + imag**2) / 2)
+        real, imag = real + scale * noise[0], imag + scale * noise[1]
+    factor = curved.Factor(*axes, reference, real, imag)
+    places = lines[0].places, lines[1].places
+    budget = predict.budget_of(factor, cloud, places, wave, missed)
+    field = curved.field_of([factor], PANEL, WAVELENGTH, window)
+    error = relative_error(field, reference_field(cloud, PANEL, WAVELENGTH))
+    if wrong == "rounding":
+        assert error < budget.relative < 2e-6
+    else:
+        assert error / 2.5 < budget.relative < 2.5 * error
+        assert error > 1e-3
+
+
+def test_the_exact_signal_is_the_fields_real_part_on_its_carrier() -> None:
+    """Few points: the exact sum, whose carrier turns as `exp(+2πi·carrier·y)`."""
+    cloud = cloud_of(3, (3e-4,) * 3, (2e-4, 3e-4, 0.15))
+    slm, coding = SLM("s", 60, 50, 16e-6), coding_for("ssb", SLM("s", 60, 50, 16e-6))
+    made = curved.signal(cloud, slm, WAVELENGTH, Window.full(slm), coding)
+    truth = reference_field(cloud, slm, WAVELENGTH, passband=coding.passband)
+    wanted = (truth * np.exp(2j * np.pi * coding.carrier * slm.y())[:, None]).real
+    assert np.linalg.norm(made - wanted) < 1e-6 * np.linalg.norm(wanted)
+
+
+@pytest.mark.parametrize("method", ["curved", "rt", "wrp", "nlut", "fresnel"])
+def test_phases_of_any_size_and_amplitudes_in_range(method: str) -> None:
+    cloud = cloud_of(5, (2e-4, 2e-4, 1e-4), (0, 0, 0.2))
+    slm = SLM("s", 64, 48, 16e-6)
+    plain = compute_field(cloud, slm, WAVELENGTH, method)
+    turns = np.array([1e15, -3e16, 7e18, 1e22, 12.0])
+    turned = np.arctan2(np.sin(turns), np.cos(turns))
+    far = PointCloud(cloud.positions, cloud.amplitude, turns)
+    near = PointCloud(cloud.positions, cloud.amplitude, turned)
+    same = [compute_field(c, slm, WAVELENGTH, method) for c in (far, near)]
+    assert relative_error(same[0], same[1]) < 1e-6
+    for scale in (1e-12, 1e12):
+        scaled = PointCloud(cloud.positions, cloud.amplitude * scale, cloud.phase)
+        made = compute_field(scaled, slm, WAVELENGTH, method).astype(np.complex128) / scale
+        assert relative_error(made, plain.astype(np.complex128)) < 1e-6
+    for scale in (1e-45, 1e38, 1e200):
+        with pytest.raises(ValueError, match=r"single precision holds .* scale the amplitudes"):
+            beyond = PointCloud(cloud.positions, cloud.amplitude * scale, cloud.phase)
+            compute_field(beyond, slm, WAVELENGTH, method)
+
+
+def test_expected_power_is_the_mean_of_the_squared_weight() -> None:
+    cloud = PointCloud(np.array([[1e-3, -4e-4, 0.06]]), np.array([2.0]), np.zeros(1))
+    band = coding_for("ssb", PANEL).passband
+    field = reference_field(cloud, PANEL, WAVELENGTH, passband=band)
+    (power,) = expected_power(cloud, PANEL, WAVELENGTH, band)
+    assert power == pytest.approx(np.mean(np.abs(field) ** 2), rel=0.03)
+
+
+def test_coverage_counts_whole_pixels_to_the_edge() -> None:
+    """The panel ends half a pixel past its outermost centres."""
+    slm = SLM("s", 10, 8, 20e-6)
+    z, far = 0.01, 0.01 * reach(WAVELENGTH, slm.nyquist)
+    x = 5 * slm.pixel_pitch + far - 1.5 * slm.pixel_pitch  # 1.5 of 10 columns
+    cloud = PointCloud(np.array([[x, 0, z]]), np.ones(1), np.zeros(1))
+    assert 2 * far > 8 * slm.pixel_pitch  # all rows
+    assert coverage(cloud, slm, WAVELENGTH, full_band(slm)) == pytest.approx([0.15])
+
+
+def blas_threads() -> list[int]:
+    return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
+
+
+def test_blas_has_its_threads_again_whatever_is_raised() -> None:
+    before = blas_threads()
+
+    def fails(number: int) -> int:
+        if number == 5:
+            raise KeyError(number)
+        return parallel.spread(lambda n: n * n, range(number))[-1] if number else 0
+
+    with pytest.raises(KeyError):
+        parallel.spread(fails, range(40))
+    assert blas_threads() == before
+    assert parallel.spread(lambda n: sum(parallel.spread(lambda m: m, range(n))), range(5)) == [
+        0, 0, 1, 3, 6,
+    ]  # fmt: skip
+    assert blas_threads() == before
+
+
+def test_several_threads_at_once_get_what_one_gets() -> None:
+    clouds = [cloud_of(60 + k, (4e-4,) * 3, (0, 0, 0.12 + 0.01 * k)) for k in range(4)]
+    alone = [compute_field(c, PANEL, WAVELENGTH, "curved") for c in clouds]
+    before, found = blas_threads(), [np.zeros(0)] * 4
+
+    def work(k: int) -> None:
+        for _ in range(2):
+            found[k] = compute_field(clouds[k], PANEL, WAVELENGTH, "curved")
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for one, other in zip(alone, found, strict=True):
+        assert np.array_equal(one, other)
+    assert blas_threads() == before
+
+
+def test_a_look_costs_little_of_a_frame() -> None:
+    """Waves of the float64 truth against the points times pixels of the frame."""
+    cloud = cloud_of(1200, (1.6e-3, 6e-4, 7e-4), (0, 0, 0.25))
+    waves: list[int] = []
+    exact = verify.field_at
+
+    def counted(points: PointCloud, x: np.ndarray, *rest: object) -> np.ndarray:
+        waves.append(len(points) * len(x))
+        return exact(points, x, *rest)  # type: ignore[arg-type]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(verify, "field_at", counted)
+        compute_field(cloud, LC_R_1080, WAVELENGTH, "curved", tolerance=1e-3)
+    assert sum(waves) <= 2.5e5
+    rows, columns = np.array([10, 600]), np.array([20, 900])
+    x, y = LC_R_1080.x(columns), LC_R_1080.y(rows)
+    band = full_band(LC_R_1080)
+    limits = reach(WAVELENGTH, band.fx_max), reach(WAVELENGTH, band.fy_max)
+    truth = reference_samples(cloud, LC_R_1080, WAVELENGTH, rows, columns)
+    assert relative_error(exact(cloud, x, y, WAVELENGTH, limits), truth) < 1e-8
