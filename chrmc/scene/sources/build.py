@@ -64,12 +64,8 @@ def build(world: World, slm: SLM, wavelength: float | None = None, fit: bool = F
     frames = world.frames or max(len(p) for p in poses.values())
     poses = {name: _over(p, frames) for name, p in poses.items()}
     if fit:
-        bodies, poses, factor, note = _fitted(bodies, poses, slm, wavelength)
+        bodies, poses, things, note = _fitted(bodies, poses, things, slm, wavelength)
         notes += note
-        things = [
-            replace(t, scale=(t.scale or 1) * factor, size=None) if factor != 1 else t
-            for t in things
-        ]
     notes += _leaving(bodies, poses, slm, wavelength)
     spacing = _spacing(world, bodies, poses, slm, wavelength)
     cast = Cast(
@@ -238,9 +234,10 @@ def _hull(body: Surface | PointCloud) -> NDArray[np.float64]:
 def _fitted(
     bodies: dict[str, Surface | PointCloud],
     poses: dict[str, list[Pose]],
+    things: list[Thing],
     slm: SLM,
     wavelength: float,
-) -> tuple[dict[str, Surface | PointCloud], dict[str, list[Pose]], float, list[str]]:
+) -> tuple[dict[str, Surface | PointCloud], dict[str, list[Pose]], list[Thing], list[str]]:
     """Everything scaled about its middle so that all frames lie within the box."""
     corners = np.concatenate(
         [p.apply(_hull(bodies[name])) for name, each in poses.items() for p in each]
@@ -250,7 +247,7 @@ def _fitted(
     width, height = box(slm, wavelength, float(max(middle[2], 1e-6)))
     inside = (np.abs(np.stack([low, high])[:, :2]) <= np.array([width, height]) / 2).all()
     if inside and low[2] > 0:
-        return bodies, poses, 1.0, []
+        return bodies, poses, things, []
     factor = min(1.0, width / max(size[0], 1e-12), height / max(size[1], 1e-12),
                  float(middle[2] / max(size[2], 1e-12)))  # fmt: skip
     centre = np.array([0.0, 0.0, middle[2]])
@@ -269,7 +266,21 @@ def _fitted(
         f"{np.linalg.norm(middle - centre) * MM:.2g} mm to the axis, so that all frames lie within "
         f"{width * MM:.3g} × {height * MM:.3g} mm"
     )
-    return scaled, {name: [pose(p) for p in each] for name, each in poses.items()}, factor, [note]
+    moved = {name: [pose(p) for p in each] for name, each in poses.items()}
+    return scaled, moved, [_scaled(t, factor, middle, centre) for t in things], [note]
+
+
+def _scaled(
+    thing: Thing, factor: float, middle: NDArray[np.float64], centre: NDArray[np.float64]
+) -> Thing:
+    """The description of a thing that was scaled about a middle and moved to a centre."""
+    place = factor * (np.array(thing.place, dtype=np.float64) - middle) + centre
+    motion = thing.motion
+    if motion.scale is not None:
+        motion = replace(motion, scale=factor * motion.scale)
+    return replace(
+        thing, scale=factor * (thing.scale or 1.0), place=tuple(place.tolist()), motion=motion
+    )
 
 
 def _leaving(

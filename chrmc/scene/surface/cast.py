@@ -31,6 +31,8 @@ from chrmc.scene.surface.surface import Surface
 
 SEED = 20180917
 """Of places, phases and thresholds, unless told otherwise."""
+MOST_POSES = 128
+"""Poses of which it is asked what faces the hologram; of more, as many and with a margin."""
 MILLIMETRE = 1e-3
 
 
@@ -117,8 +119,12 @@ class Cast:
             return None
         corner = surface.vertices[surface.faces[:, 0]]
         facing = np.zeros(len(surface.faces), dtype=bool)
-        for pose in self.poses[name]:
-            facing |= inclination(pose, corner, surface.face_normals) > 0
+        poses = self.poses[name]
+        step = -(-len(poses) // MOST_POSES)
+        for pose in poses[::step]:
+            facing |= inclination(pose, corner, surface.face_normals) > (0 if step == 1 else -0.2)
+            if facing.all():
+                break
         return facing
 
     def pictures(self, shape: tuple[int, int], planes: DepthPlanes | None = None) -> RGBDScene:

@@ -219,6 +219,12 @@ def test_what_leaves_the_volume_is_said_left_out_and_fitted(tmp_path: Path) -> N
         assert len(cloud) > 0
         assert (np.abs(cloud.positions[:, :2]) <= half).all()
         assert outside(cloud.positions, LC_R_1080, 532e-9).max() < 0
+    assert run("scene", tmp_path / "w.toml", "--fit", "--out", tmp_path / "fit.toml") == 0
+    written = load_scene(str(tmp_path / "fit.toml"))
+    for number in (1, 6, 11):
+        assert written.pose("A", number).translation == pytest.approx(
+            fitted.pose("A", number).translation, abs=1e-9
+        )
 
 
 # Animations
