@@ -14,6 +14,8 @@ RGB_TO_XYZ = np.array(
     [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
 )
 """Linear sRGB to CIE XYZ (IEC 61966-2-1)."""
+LUMINANCE = RGB_TO_XYZ[1]
+"""Of linear red, green and blue."""
 VISIBLE = (380e-9, 780e-9)
 """Wavelengths that have a colour, metres."""
 
@@ -78,10 +80,10 @@ def laser_powers(colour: ArrayLike, wavelengths: Sequence[float]) -> NDArray[np.
     if rgb.ndim != 2 or rgb.shape[1] != 3:
         raise ValueError(f"colours must be (N, 3) linear sRGB, not {rgb.shape}")
     if len(wavelengths) == 1:
-        return rgb @ RGB_TO_XYZ[1][:, None]  # luminance
+        return rgb @ LUMINANCE[:, None]
     # Of the mixtures that four and more lasers offer, the one nearest to equal powers.
     lasers = primaries(wavelengths)
-    grey = rgb @ RGB_TO_XYZ[1][:, None]
+    grey = rgb @ LUMINANCE[:, None]
     powers: NDArray[np.float64] = (
         grey + (rgb - grey * lasers.sum(axis=1)) @ np.linalg.pinv(lasers).T
     )
@@ -101,7 +103,20 @@ def srgb_levels(linear: ArrayLike) -> NDArray[np.uint8]:
     return np.rint(255 * curve).astype(np.uint8)
 
 
-def linear_of(levels: ArrayLike) -> NDArray[np.float64]:
-    """Linear values 0 … 1 of 8-bit sRGB levels."""
-    value = np.asarray(levels, dtype=np.float64) / 255
+def linear(srgb: ArrayLike) -> NDArray[np.float64]:
+    """Linear light of sRGB values, both 0 … 1 (IEC 61966-2-1)."""
+    value = np.asarray(srgb, dtype=np.float64)
     return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+
+
+def luminance(srgb: ArrayLike) -> NDArray[np.float64]:
+    """(…,) linear luminance of (…, 3) sRGB colours, both 0 … 1."""
+    return np.asarray(linear(srgb) @ LUMINANCE)
+
+
+def hue(rgb: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """(N, 3) linear colours brought to luminance 1, black to white; None where all are grey."""
+    light = rgb @ LUMINANCE
+    dark = light <= 0
+    found = np.where(dark[:, None], 1.0, rgb / np.where(dark, 1, light)[:, None])
+    return None if np.ptp(found, axis=1).max(initial=0) < 1e-3 else found

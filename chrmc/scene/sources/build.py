@@ -139,8 +139,7 @@ def _placed(
         if isinstance(body, Surface):
             placed[name] = _timed(body, frame_of).moved(scale, centre), poses
         else:
-            moved = PointCloud(scale * (positions - centre), body.amplitude, body.phase)
-            placed[name] = moved, poses
+            placed[name] = replace(body, positions=scale * (positions - centre)), poses
     resolved = replace(thing, size=None, scale=scale, up=up, place=tuple(place))
     return placed, resolved
 

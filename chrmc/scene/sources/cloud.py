@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.colour import LUMINANCE, hue, linear
 from chrmc.scene.points import PointCloud
-from chrmc.scene.sources.colour import luminance
 from chrmc.scene.sources.model import Model, only_line
 
 SEED = 20180917
@@ -28,13 +28,20 @@ def cloud_of(
     *,
     amplitude: Any = None,
     phase: Any = None,
+    colour: Any = None,
 ) -> PointCloud:
     """Points whose missing amplitudes are 1 and whose missing phases are random.
 
     positions : (N, 3); intensity, amplitude : (N,) ≥ 0; phase : (N,) radians
+    colour : (N, 3) sRGB 0 … 1, whose luminance is the intensity where none is given
     """
     place = np.asarray(positions, dtype=np.float64).reshape(-1, 3)
     finite = np.asarray(np.isfinite(place).all(axis=1))
+    shown = None
+    if colour is not None:
+        rgb = linear(np.nan_to_num(np.asarray(colour, np.float64)))
+        shown = hue(np.clip(rgb, 0, None))
+        intensity = rgb @ LUMINANCE if intensity is None else intensity
     if amplitude is None:
         light = np.ones(len(place)) if intensity is None else np.asarray(intensity, np.float64)
         if (light < 0).any():
@@ -42,7 +49,7 @@ def cloud_of(
         amplitude = np.sqrt(light)
     if phase is None:
         phase = np.random.default_rng(SEED).uniform(0, 2 * np.pi, len(place))
-    cloud = PointCloud(np.where(finite[:, None], place, 0), amplitude, phase)
+    cloud = PointCloud(np.where(finite[:, None], place, 0), amplitude, phase, shown)
     return cloud if finite.all() else cloud.select(finite)
 
 
@@ -64,10 +71,12 @@ def read_cloud(path: Path) -> Model:
         table, place = table[finite], place[finite]
     if not len(table):
         raise ValueError(f"{path} holds no point; write lines of x y z")
-    light = {k: table[:, column[k]] for k in ("amplitude", "intensity", "phase") if k in column}
+    light: dict[str, Any] = {
+        k: table[:, column[k]] for k in ("amplitude", "intensity", "phase") if k in column
+    }
     if "red" in column:
         colour = table[:, [column[c] for c in ("red", "green", "blue")]]
-        light["intensity"] = luminance(colour / (255 if colour.max() > 1 else 1))
+        light["colour"] = colour / (255 if colour.max() > 1 else 1)
     try:
         return Model({path.stem: cloud_of(place, **light)}, notes=notes)
     except ValueError as error:
@@ -151,12 +160,14 @@ def read_npz(path: Path) -> Model:
     arrays = load_arrays(path)
     if "positions" not in arrays:
         raise ValueError(f"{path} holds {', '.join(arrays) or 'nothing'}; positions are needed")
-    light = {k: arrays[k] for k in ("amplitude", "intensity", "phase") if k in arrays}
+    light: dict[str, Any] = {
+        k: arrays[k] for k in ("amplitude", "intensity", "phase") if k in arrays
+    }
     if "amplitude" in light:
         light.pop("intensity", None)
     if not light.keys() & {"amplitude", "intensity"} and "colors" in arrays:
         colour = np.asarray(arrays["colors"], np.float64)[:, :3]
-        light["intensity"] = luminance(colour / (255 if colour.max(initial=0) > 1 else 1))
+        light["colour"] = colour / (255 if colour.max(initial=0) > 1 else 1)
     try:
         return Model({path.stem: cloud_of(arrays["positions"], **light)})
     except (ValueError, IndexError) as error:

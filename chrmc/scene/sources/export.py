@@ -56,7 +56,8 @@ def write_export(scene: Scene, path: Path) -> int:
 
 
 def _arrays(cloud: PointCloud) -> dict[str, NDArray[Any]]:
-    return {"positions": cloud.positions, "amplitude": cloud.amplitude, "phase": cloud.phase}
+    arrays = {"positions": cloud.positions, "amplitude": cloud.amplitude, "phase": cloud.phase}
+    return arrays if cloud.colour is None else {**arrays, "colour": cloud.colour}
 
 
 def _bodies(scene: Scene) -> dict[str, NDArray[Any]]:
@@ -112,7 +113,8 @@ def read_export(path: Path) -> Scene:
 
 
 def _scene(stored: dict[str, NDArray[Any]]) -> Scene:
-    cloud = PointCloud(stored["positions"], stored["amplitude"], stored["phase"])
+    light = stored["amplitude"], stored["phase"], stored.get("colour")
+    cloud = PointCloud(stored["positions"], *light)
     names = [str(n) for n in stored["names"]]
     owner = stored["object"]
     wavelength = float(stored["wavelength"])

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.colour import linear
 from chrmc.scene.points import PointCloud
 from chrmc.scene.sources.cloud import cloud_of
-from chrmc.scene.sources.colour import luminance
 from chrmc.scene.sources.gltf_motion import Bent, Motion, read_motion
 from chrmc.scene.sources.model import Model, only_line
 from chrmc.scene.surface.surface import Paint, Surface, join
@@ -68,7 +68,8 @@ def _parts(
             if hasattr(geometry, "faces") or hasattr(geometry, "colors"):  # no lines
                 colours = getattr(geometry, "colors", None)
                 known = colours is not None and len(colours) == len(place) > 0
-                loose.append(cloud_of(place, _colours(colours) if known else None))
+                shown = np.asarray(colours)[:, :3] / 255 if known else None
+                loose.append(cloud_of(place, colour=shown))
             continue
         if path.suffix.lower() == ".stl":  # whose triangles share no corners
             with np.errstate(invalid="ignore"):
@@ -215,8 +216,8 @@ def _closed(surface: Surface) -> Surface:
 
 
 def _colours(colours: Any) -> NDArray[np.float64]:
-    """(N,) linear luminance of (N, 3 or 4) 8-bit colours."""
-    return luminance(np.asarray(colours)[:, :3] / 255)
+    """(N, 3) linear light of (N, 3 or 4) 8-bit colours."""
+    return linear(np.asarray(colours)[:, :3] / 255)
 
 
 def _paint(geometry: Any, index: NDArray[np.intp]) -> Paint:
@@ -226,8 +227,8 @@ def _paint(geometry: Any, index: NDArray[np.intp]) -> Paint:
     if visual.kind == "texture" and visual.material is not None:
         return _textured(visual, faces)
     if visual.kind == "vertex":
-        grey = _colours(visual.vertex_colors)
-        return lambda face, weights: np.einsum("nk,nk->n", weights, grey[faces[face]])
+        corners = _colours(visual.vertex_colors)
+        return lambda face, weights: np.einsum("nk,nkc->nc", weights, corners[faces[face]])
     if visual.kind == "face":
         flat = _colours(visual.face_colors)[index]
         return lambda face, weights: flat[face]
@@ -239,25 +240,24 @@ def _textured(visual: Any, faces: NDArray[np.intp]) -> Paint:
     material = visual.material
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
     factor = getattr(material, "baseColorFactor", None)
-    base = GREY
+    base = np.full(3, GREY)
     if factor is not None:
         # glTF's factor is linear; trimesh keeps it as 8 bits.
-        colour = np.asarray(factor, dtype=np.float64)[:3] / 255
-        base = float(colour @ np.array([0.2126, 0.7152, 0.0722]))
+        base = np.asarray(factor, dtype=np.float64)[:3] / 255
     elif image is not None:
-        base = 1.0
+        base = np.ones(3)
     elif getattr(material, "diffuse", None) is not None:
-        base = float(_colours(np.asarray(material.diffuse)[None])[0])
+        base = _colours(np.asarray(material.diffuse)[None])[0]
     if image is None or visual.uv is None or len(visual.uv) == 0:
-        return lambda face, weights: np.full(len(face), base)
-    grey = luminance(np.asarray(image.convert("RGB"), dtype=np.float64) / 255) * base
+        return lambda face, weights: np.tile(base, (len(face), 1))
+    levels = np.asarray(image.convert("RGB"))
     uv = np.asarray(visual.uv, dtype=np.float64)[:, :2]
 
     def paint(face: NDArray[np.intp], weights: NDArray[np.float64]) -> NDArray[np.float64]:
         u, v = np.einsum("nk,nkx->xn", weights, uv[faces[face]])
-        height, width = grey.shape
+        height, width = levels.shape[:2]
         column = np.floor(u % 1 * width).astype(np.intp) % width
         row = np.floor((1 - v) % 1 * height).astype(np.intp) % height
-        return grey[row, column]
+        return linear(levels[row, column] / 255) * base
 
     return paint

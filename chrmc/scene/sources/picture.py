@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.scene.sources.colour import luminance
+from chrmc.colour import linear
 from chrmc.scene.sources.model import Model
 from chrmc.scene.surface.surface import Surface
 
@@ -21,14 +21,14 @@ def read_picture(path: Path) -> Model:
     samples = read_samples(path)
     colour = samples.astype(np.float64) / np.iinfo(samples.dtype).max
     if samples.shape[2] < 3:
-        grey = luminance(np.repeat(colour[:, :, :1], 3, axis=2))
+        light = linear(np.repeat(colour[:, :, :1], 3, axis=2))
     else:
-        grey = luminance(colour[:, :, :3])
+        light = linear(colour[:, :, :3])
     if samples.shape[2] in (2, 4):
-        grey = grey * colour[:, :, -1]
-    if not grey.max() > 0:
+        light = light * colour[:, :, -1:]
+    if not light.max() > 0:
         raise ValueError(f"{path} is black all over: nothing to show")
-    return flat(path.stem, grey)
+    return flat(path.stem, light)
 
 
 def text_picture(words: str) -> Model:
@@ -49,9 +49,9 @@ def text_picture(words: str) -> Model:
     return flat("text", grey[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1])
 
 
-def flat(name: str, grey: NDArray[np.float64]) -> Model:
-    """A rectangle of (H, W) reflectances, one unit per pixel, first row on top."""
-    height, width = grey.shape
+def flat(name: str, light: NDArray[np.float64]) -> Model:
+    """A rectangle of (H, W) reflectances or (H, W, 3) linear colours, one unit per pixel."""
+    height, width = light.shape[:2]
     vertices = np.array([[0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0]], float)
     faces = np.array([[0, 2, 1], [0, 3, 2]])
 
@@ -59,7 +59,7 @@ def flat(name: str, grey: NDArray[np.float64]) -> Model:
         place = np.einsum("nk,nkx->nx", weights, (vertices * [1, 1, 0])[faces[face]])
         column = np.clip(place[:, 0].astype(np.intp), 0, width - 1)
         row = np.clip(place[:, 1].astype(np.intp), 0, height - 1)
-        return grey[row, column]
+        return light[row, column]
 
     surface = Surface(vertices, faces, paint, closed=False, opaque=False)
     return Model({name: surface}, up="-y", flat=True)

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.colour import luminance
 from chrmc.files import read_json
 from chrmc.scene.exr import read_exr
 from chrmc.scene.points import PointCloud
 from chrmc.scene.read_folder import numbered
 from chrmc.scene.scene_json import SCENE_FILE
-from chrmc.scene.sources.colour import luminance
 from chrmc.scene.sources.frames import CloudScene
 from chrmc.scene.sources.images import read_samples
 from chrmc.scene.sources.volume import DEPTH, box, cell

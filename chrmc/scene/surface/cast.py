@@ -14,6 +14,7 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.colour import hue
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
 from chrmc.scene.rgbd import DepthPlanes, RGBDFrame
@@ -109,7 +110,9 @@ class Cast:
         light = brightness(surface, face, weights, self.lamp, self.pose(name, 1).rotation)
         phase = np.random.default_rng([seed, 1]).uniform(0, 2 * np.pi, len(face))
         amplitude = np.sqrt(light) * self.spacing / MILLIMETRE
-        cloud = PointCloud(surface.at(face, weights), amplitude, phase)
+        paint = surface.paint(face, weights)
+        colour = hue(np.clip(paint, 0, None)) if paint.ndim == 2 else None
+        cloud = PointCloud(surface.at(face, weights), amplitude, phase, colour)
         lit = amplitude > 0
         return Sampled(cloud.select(lit), surface, face[lit], weights[lit])
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.colour import LUMINANCE
 from chrmc.scene.surface.surface import Surface
 
 
@@ -42,11 +43,12 @@ def brightness(
     lamp: Lamp | None,
     rotation: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """(N,) reflectance · shading at barycentric places; `lamp` None for unlit.
+    """(N,) luminance of the paint · shading at barycentric places; `lamp` None for unlit.
 
     rotation : (3, 3) body to scene in the pose in which the lamp's light is fixed to the body
     """
-    grey = np.clip(surface.paint(face, weights), 0, None)
+    paint = np.clip(surface.paint(face, weights), 0, None)
+    grey: NDArray[np.float64] = paint @ LUMINANCE if paint.ndim == 2 else paint
     if lamp is None:
         return grey
     return grey * lamp.shade(surface.normal_at(face, weights) @ rotation.T)

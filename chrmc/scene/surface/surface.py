@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from chrmc.scene.shapes import Solid
 
 Paint = Callable[[NDArray[np.intp], NDArray[np.float64]], NDArray[np.float64]]
-"""(N,) face indices and (N, 3) barycentric weights to (N,) reflectances in 0 … 1 (linear)."""
+"""(N,) face indices and (N, 3) barycentric weights to reflectances in 0 … 1, linear: (N,) of a grey
+body, (N, 3) sRGB of a coloured one."""
 CREASE = np.cos(np.radians(40.0))
 """A corner is shaded smoothly where its normal is within this angle of the face's."""
 
@@ -103,12 +104,13 @@ def join(surfaces: Sequence[Surface]) -> Surface:
     first = np.cumsum([0, *(len(s.faces) for s in surfaces)])
 
     def paint(face: NDArray[np.intp], weights: NDArray[np.float64]) -> NDArray[np.float64]:
-        grey = np.zeros(len(face))
+        shown = np.zeros((len(face), 3))
         owner = np.searchsorted(first, face, side="right") - 1
         for k in np.unique(owner):
             mine = owner == k
-            grey[mine] = surfaces[k].paint(face[mine] - first[k], weights[mine])
-        return grey
+            part = surfaces[k].paint(face[mine] - first[k], weights[mine])
+            shown[mine] = part if part.ndim == 2 else part[:, None]
+        return shown
 
     def bent(frame: int) -> NDArray[np.float64]:
         return np.concatenate([s.in_frame(frame).vertices for s in surfaces])

@@ -67,6 +67,22 @@ def test_colours_come_back_through_the_4f_system() -> None:
         assert patch.sum(axis=0).argmax() == k
 
 
+def test_colours_of_files_reach_the_lasers(tmp_path: Path) -> None:
+    import trimesh
+
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    left = ball.vertices[:, 0] < 0
+    ball.visual.vertex_colors = np.where(left[:, None], [255, 0, 0, 255], [0, 0, 255, 255])
+    ball.export(tmp_path / "ball.ply")
+    scene = chrmc.load_scene(tmp_path / "ball.ply")
+    red, _, blue = (
+        s.frame(1).cloud for s in chrmc.scenes_in_light(scene, (638e-9, 532e-9, 450e-9))
+    )
+    side = np.sign(red.positions[:, 0])
+    assert red.intensity[side < 0].sum() > 5 * red.intensity[side > 0].sum()
+    assert blue.intensity[side > 0].sum() > 5 * blue.intensity[side < 0].sum()
+
+
 def test_refusals() -> None:
     scene = coloured([[1, 1, 1]])
     with pytest.raises(ValueError, match="different wavelengths"):
