@@ -71,7 +71,7 @@ class BendingScene:
         ids = np.flatnonzero(self.mask(name, number))
         shown = points.cloud.select(ids)
         place = self.cast.pose(name, number).apply(points.positions(number)[ids])
-        cloud = PointCloud(place, shown.amplitude, shown.phase)
+        cloud = PointCloud(place, shown.amplitude, shown.phase, shown.colour)
         pose = self.pose(name, number)
         if pose is None:
             return ObjectFrame(name, cloud)
