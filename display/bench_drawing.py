@@ -55,7 +55,8 @@ def _filter_plane(axes: Any, sheet: Sheet) -> None:
             axes.add_patch(Circle((i * unit, j * unit), 0.025 * unit, color="#c0392b"))
             if (i, j) != (0, 0):
                 axes.text(i * unit, (j + 0.05) * unit, f"{i:+d}, {j:+d}", ha="center", va="top")
-    axes.text(0.03 * unit, -0.03 * unit, "zero order: blocked", va="bottom", color="white")
+    # Centred over its dot: to one side it would cross the border of the half plane.
+    axes.text(0, -0.03 * unit, "zero order: blocked", ha="center", va="bottom", color="white")
     axes.annotate(
         "", (-unit, -1.06 * unit), (0, -1.06 * unit), arrowprops={"arrowstyle": "<->", "color": "w"}
     )

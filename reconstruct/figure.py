@@ -47,7 +47,7 @@ def scale_bar(axis: Any, view: tuple[float, float, float, float], colour: str = 
     from matplotlib import patheffects
 
     left, right, bottom, top = view
-    most = 0.25 * abs(right - left)
+    most = 0.16 * abs(right - left)
     power = 10.0 ** floor(log10(most))
     length = max(m * power for m in (1, 2, 5) if m * power <= most)
     y = bottom + 0.06 * (top - bottom)

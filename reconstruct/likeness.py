@@ -8,7 +8,7 @@ in depth by a factor about the mean, they are sharpest at factor 1; at 0 the obj
 its relief is inverted.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Any
 
@@ -131,6 +131,17 @@ def correlation(found: NDArray[np.float64], expected: NDArray[np.float64]) -> fl
     a, b = found - found.mean(), expected - expected.mean()
     size = sqrt(float((a * a).sum()) * float((b * b).sum()))
     return float((a * b).sum()) / size if size > 0 else 0.0
+
+
+def dimmed(light: LightMap, brightness: NDArray[np.floating]) -> LightMap:
+    """The map as a panel shows it that does not get all the light of every point.
+
+    brightness : (h, w) over the map's grid, whole samples to a cell
+    """
+    rows, columns = light.light.shape
+    blocks = brightness.reshape(rows, brightness.shape[0] // rows, columns, -1)
+    shown = light.light * blocks.mean(axis=(1, 3))
+    return replace(light, light=shown / shown.sum())
 
 
 def light_of(cells: Cells, expected: LightMap, depth_error: float) -> float:

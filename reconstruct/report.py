@@ -5,7 +5,7 @@ from math import hypot, isfinite
 from pathlib import Path
 from typing import Any
 
-from chrmc.files import replacing
+from reconstruct.figure import MARKERS, new_figure, save
 from reconstruct.verdict import FrameVerdict, ObjectVerdict
 
 Verdicts = Sequence[FrameVerdict]
@@ -97,46 +97,41 @@ def as_dict(verdicts: Verdicts) -> dict[str, Any]:
 
 
 def plot_curves(verdicts: Verdicts, path: str | Path) -> None:
-    """PNG: a panel per object, a focus curve per frame against the distance from the expected
-    depth, the found depths marked."""
-    import matplotlib
+    """PNG, PDF or SVG: a panel per object, a focus curve per frame against the distance from the
+    expected depth, the found depths marked."""
+    from matplotlib import colormaps
 
-    matplotlib.use("Agg")
-    from matplotlib import pyplot as plt
-
-    names = list(dict.fromkeys(o.name for v in verdicts for o in v.objects))
-    figure, axes = plt.subplots(
-        1,
-        max(len(names), 1),
-        figsize=(5.2 * max(len(names), 1), 3.8),
-        squeeze=False,
-        sharey=True,
-        layout="constrained",
-    )
-    colours = plt.get_cmap("viridis")
-    count = max(len(verdicts) - 1, 1)
-    for axis, name in zip(axes[0], names, strict=False):
+    names = list(dict.fromkeys(o.name for v in verdicts for o in v.objects)) or ["no objects"]
+    figure, axes = new_figure((6.6 * len(names), 3.8), columns=len(names), squeeze=False)
+    colours, count = colormaps["cividis"], max(len(verdicts) - 1, 1)
+    for axis, name in zip(axes[0], names, strict=True):
+        allowed = [o.depth_tolerance for v in verdicts for o in v.objects if o.name == name]
         for index, verdict in enumerate(verdicts):
             for o in (o for o in verdict.objects if o.name == name):
                 expected = float(o.target.position[2])
-                colour = colours(0.9 * index / count)
+                style = {
+                    "color": colours(0.85 * index / count),
+                    "marker": MARKERS[index % len(MARKERS)],
+                }
                 top = float(o.focus.curve.max()) or 1.0
                 axis.plot(
                     (o.focus.depths - expected) * 1e3,
                     o.focus.curve / top,
-                    color=colour,
+                    **style,
+                    markevery=(index % 5, 5),
+                    ms=4,
                     label=f"frame {verdict.number}: {_mm(o.focus.depth, 2)} mm",
                 )
                 if isfinite(o.depth_error):
-                    axis.plot(o.depth_error * 1e3, 1.03, "v", color=colour, clip_on=False)
-        axis.axvspan(-0.5, 0.5, color="0.92", zorder=0)
+                    axis.plot(o.depth_error * 1e3, 1.04, **style, ms=7, clip_on=False)
+        if allowed:
+            axis.axvspan(-max(allowed) * 1e3, max(allowed) * 1e3, color="0.92", zorder=0)
         axis.axvline(0, color="0.6", lw=0.8, zorder=1)
-        axis.set_title(name)
-        axis.set_xlabel("depth − expected depth (mm)")
-        axis.legend(frameon=False, fontsize=8, title="found", title_fontsize=8)
+        axis.set(title=name, xlabel="depth − expected depth (mm)", ylabel="sharpness, largest = 1")
+        # Beside the curves: over them it would hide some.
+        axis.legend(
+            frameon=False, fontsize=8, title="found", title_fontsize=8, loc="upper left",
+            bbox_to_anchor=(1.0, 1.0),
+        )  # fmt: skip
         axis.spines[["top", "right"]].set_visible(False)
-    axes[0][0].set_ylabel("sharpness, largest = 1")
-    path = Path(path)
-    with replacing(path) as partial:
-        figure.savefig(partial, dpi=120)
-    plt.close(figure)
+    save(figure, path)

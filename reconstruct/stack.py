@@ -36,6 +36,10 @@ class FocalStack:
     intensity: NDArray[np.float32]
     patch: Patch
 
+    def index(self, depth: float) -> int:
+        """Of the depth nearest to one, metres."""
+        return int(np.argmin(np.abs(self.depths - depth)))
+
     @property
     def step(self) -> float:
         """Metres between depths."""

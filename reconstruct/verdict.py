@@ -14,10 +14,10 @@ from chrmc.optics.propagation import Patch
 from chrmc.optics.resolution import depth_of_focus, resolution
 from chrmc.scene.points import PointCloud
 from reconstruct import metrics
-from reconstruct.focus import Focus, cells_of, find_focus, focus_curve, refine_peak
+from reconstruct.focus import Focus, brightness_at, cells_of, find_focus, focus_curve, refine_peak
 from reconstruct.focus_metrics import METRICS
 from reconstruct.four_f_system import FourF, power
-from reconstruct.likeness import SHARP, Likeness, compare, light_of
+from reconstruct.likeness import SHARP, Likeness, compare, dimmed, light_of
 from reconstruct.stack import FocalStack, brightness, focal_stack, patch_around
 
 DEPTH_TOLERANCE = 0.5e-3
@@ -268,12 +268,15 @@ def judge_object(
     focus = find_focus(stack, tile, lit_by, max(1.0, fine / stack.patch.pitch))
     shape, share = None, None
     if target.light is not None:
-        shape = compare(cells_of(stack, parts, lit_by), target.light, coarse)
+        # What the panel does not show of a cell is no fault of the picture: less is expected there.
+        seen = dimmed(target.light, brightness_at(stack, lit_by, stack.index(z)))
+        cells = cells_of(stack, parts)
+        shape = compare(cells, seen, coarse)
         if shape.sharpness >= SHARP:
             focus = replace(focus, depth=z + shape.depth_error, focused=True, method="cells")
     depth_error = focus.depth - z
-    if target.light is not None and total > 0:
-        light = light_of(cells_of(stack, parts), target.light, np.nan_to_num(depth_error))
+    if shape is not None and total > 0:
+        light = light_of(cells, seen, np.nan_to_num(depth_error))
         share = light * (stack.patch.pitch / system.slm.pixel_pitch) ** 2 / total
     lateral = (focus.position[0] - x, focus.position[1] - y)
     if shape is not None and shape.told:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.files import replacing
 from chrmc.store import Video
 
 MARGIN = 0.5e-3
@@ -15,13 +14,9 @@ MARGIN = 0.5e-3
 
 
 def draw_montage(video: Video, numbers: Sequence[int], path: Path) -> None:
-    """PNG of the given frames: the hologram, then a reconstruction at each object's depth with
-    the object itself enlarged."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot as plt
-
+    """Picture (PNG, PDF, SVG) of the given frames: the hologram, then a reconstruction at each
+    object's depth with the object itself enlarged."""
+    from reconstruct.figure import new_figure, save
     from reconstruct.sequence import system_of
 
     names = [o["name"] for o in video.entry(numbers[0])["objects"]]
@@ -31,14 +26,12 @@ def draw_montage(video: Video, numbers: Sequence[int], path: Path) -> None:
     height = 2.4
     ratio = video.slm.width / video.slm.height
     widths = [ratio] + [wide] * len(names)
-    figure, axes = plt.subplots(
+    figure, axes = new_figure(
+        (sum(widths) * height + 0.6, (height + 0.28) * len(numbers) + 0.1),
         len(numbers),
         len(widths),
-        figsize=(sum(widths) * height + 0.6, (height + 0.28) * len(numbers) + 0.1),
         width_ratios=widths,
         squeeze=False,
-        layout="constrained",
-        facecolor="#101216",
     )
     for row, number in zip(axes, numbers, strict=True):
         frame = video.read(number)
@@ -49,13 +42,11 @@ def draw_montage(video: Video, numbers: Sequence[int], path: Path) -> None:
             thing = next(o for o in entry["objects"] if o["name"] == name)
             _style(cell)
             if thing["depth"] is None:
-                cell.set_title(f"{name}: nothing visible", color="0.85", fontsize=9)
+                cell.set_title(f"{name}: nothing visible", fontsize=9)
                 continue
             amplitude = np.abs(system.at(field, thing["depth"]))
             _show_depth(cell, amplitude, video, view, thing, entry["objects"])
-    with replacing(path) as partial:
-        figure.savefig(partial, dpi=110, facecolor=figure.get_facecolor())
-    plt.close(figure)
+    save(figure, path)
 
 
 def _view(video: Video, numbers: Sequence[int]) -> tuple[float, float, float, float]:
@@ -104,8 +95,6 @@ def _style(axis: Any) -> None:
     axis.set_xticks([])
     axis.set_yticks([])
     axis.set_facecolor("black")
-    for spine in axis.spines.values():
-        spine.set_color("0.35")
 
 
 def _show_hologram(axis: Any, frame: NDArray[np.uint8], number: int, video: Video) -> None:
@@ -113,7 +102,6 @@ def _show_hologram(axis: Any, frame: NDArray[np.uint8], number: int, video: Vide
     axis.imshow(frame, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
     axis.set_title(
         f"frame {number}: {video.slm.width} × {video.slm.height} hologram",
-        color="0.85",
         fontsize=9,
         loc="left",
     )
@@ -124,6 +112,8 @@ def _show_hologram(axis: Any, frame: NDArray[np.uint8], number: int, video: Vide
     size = max(min(rows, columns) // 8, 1)
     part = frame[rows - size : rows + size, columns - size : columns + size]
     inset.imshow(part, cmap="gray", interpolation="nearest")
+    for spine in inset.spines.values():
+        spine.set_color("white")
 
 
 def _show_depth(
@@ -135,6 +125,8 @@ def _show_depth(
     others: Sequence[dict[str, Any]],
 ) -> None:
     """Amplitude (a square root of intensity, nearer to how an eye sees) over the view."""
+    from reconstruct.figure import scale_bar
+
     slm = video.slm
     half_x, half_y = slm.width * slm.pixel_pitch / 2, slm.height * slm.pixel_pitch / 2
     low, high = np.asarray(thing["box"][0]), np.asarray(thing["box"][1])
@@ -150,9 +142,9 @@ def _show_depth(
     axis.imshow(amplitude, interpolation="antialiased", **show)
     axis.set_xlim(view[0] * 1e3, view[1] * 1e3)
     axis.set_ylim(view[3] * 1e3, view[2] * 1e3)
+    scale_bar(axis, (view[0] * 1e3, view[1] * 1e3, view[3] * 1e3, view[2] * 1e3))
     axis.set_title(
         f"focused on the {thing['name']}, {thing['depth'] * 1e3:.2f} mm",
-        color="0.85",
         fontsize=9,
         loc="left",
     )

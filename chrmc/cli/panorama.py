@@ -13,7 +13,9 @@ PANELS = (21, 51, 80)
 
 @click.command("panorama")
 @click.argument("video", metavar="DIR", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="PNG to write.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), required=True, help="A .png, .pdf or .svg to write."
+)
 @click.option(
     "--frames",
     type=FrameList(),
@@ -36,11 +38,11 @@ def command(
     reconstructed at its own depth; below, single frames."""
     from chrmc.progress import progress
     from chrmc.store import open_video
+    from reconstruct.figure import check_figure
     from reconstruct.sequence import composite, panorama, region_of, spread_frames, system_of
 
     stored = open_video(video)
-    if out.suffix.lower() != ".png":
-        raise ValueError(f"{out}: a panorama is written as .png")
+    check_figure(out)
     every = chosen_frames([], stored)
     numbers = spread_frames(stored) if frames is None else chosen_frames(frames, stored)
     if panels is None:
@@ -58,12 +60,9 @@ def command(
 
 def draw(stored: Any, wide: Any, shown: Any, numbers: list[int], region: Any, out: Path) -> None:
     """Write the picture."""
-    import matplotlib
-
-    matplotlib.use("Agg")
     from matplotlib import pyplot as plt
 
-    from chrmc.files import replacing
+    from reconstruct.figure import save, scale_bar
     from reconstruct.images import to_grey
     from reconstruct.sequence import common_scale, targets_of
 
@@ -79,7 +78,7 @@ def draw(stored: Any, wide: Any, shown: Any, numbers: list[int], region: Any, ou
     width = 12.0
     count = max(len(shown), 1)
     height = width * ratio + width / count * ratio + 0.9
-    figure = plt.figure(figsize=(width, height), facecolor="#101216", layout="constrained")
+    figure = plt.figure(figsize=(width, height), layout="constrained")
     grid = figure.add_gridspec(2, count, height_ratios=[count, 1])
     pictures = [(figure.add_subplot(grid[0, :]), wide, f"frames {_listed(numbers)}", white)]
     for i, s in enumerate(shown):
@@ -93,14 +92,11 @@ def draw(stored: Any, wide: Any, shown: Any, numbers: list[int], region: Any, ou
         axis.imshow(
             to_grey(image[region], top or 1.0), cmap="gray", vmin=0, vmax=255, extent=extent
         )
-        axis.set_title(title, color="0.85", fontsize=9, loc="left")
+        axis.set_title(title, fontsize=9, loc="left")
         axis.set_xticks([])
         axis.set_yticks([])
-        for spine in axis.spines.values():
-            spine.set_color("0.3")
-    with replacing(out) as partial:
-        figure.savefig(partial, dpi=130, facecolor=figure.get_facecolor())
-    plt.close(figure)
+        scale_bar(axis, extent)
+    save(figure, out)
 
 
 def _listed(numbers: list[int]) -> str:
