@@ -71,6 +71,7 @@ class Screen:
         from display.flipper import Flipper
 
         self.encoding, self.response, self.scale, self.tell = encoding, response, scale, tell
+        self.headless = headless
         self._turn, self._depth = threading.RLock(), 0
         self._poll: Callable[[], None] = lambda: None
         name = None if monitor is None else str(monitor)
@@ -186,6 +187,8 @@ class Screen:
         from display.player import Options, Player
 
         self._check_open()
+        if start_on == "key" and self.headless:
+            raise ValueError("a headless screen has no keys to start on: give a time")
         options = Options(
             fps, every, self.slm.refresh, paced, loop, hold, seconds,
             on_bad_frame=on_bad_frame, durations=durations, start_on=start_on, countdown=countdown,

@@ -109,6 +109,11 @@ class Window:
             window, note = open_on(glfw, screen, self._handle, title, self._desktop)
             if note:
                 self.notes.append("warning: " + note)
+            if self._desktop is not None and self._desktop.compositing():
+                self.notes.append(
+                    f"{self.window_manager} composes the desktop: it may show frames later than "
+                    "their flips; for exact times turn its compositing off"
+                )
         if not window:
             raise OSError(
                 f"no OpenGL window on monitor {screen.title!r} ({last_error(glfw)}): a driver with "

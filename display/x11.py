@@ -84,6 +84,13 @@ class Desktop:
         return self._title(owner) or "unknown"
 
     @_in_turn
+    def compositing(self) -> bool:
+        """Whether a compositor stands between windows and the screen."""
+        name = f"_NET_WM_CM_S{self._display.get_default_screen()}"
+        owner = self._display.get_selection_owner(self._display.intern_atom(name))
+        return bool(owner)
+
+    @_in_turn
     def covered_by(self, window: int, box: Box) -> str | None:
         """Name of the lowest window that lies over a part of `box` above ours; "" for none.
 

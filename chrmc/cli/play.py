@@ -153,6 +153,7 @@ def show(
     playing = {
         name: options[name]
         for name in ("fps", "every", "seconds", "loop", "hold", "on_bad_frame", "start_on")
+        if name in options  # a test picture has no loop
     }
     with contextlib.ExitStack() as stack:
         stack.enter_context(ended_by_signal())

@@ -240,6 +240,11 @@ def test_starting_at_a_time_and_after_a_countdown(screen, small):
     assert told[-2:] == ["2", "1"]
 
 
+def test_no_key_starts_a_headless_screen(screen, small):
+    with pytest.raises(ValueError, match="no keys"):
+        screen.play([noise(small)], start_on="key")
+
+
 def test_times_are_read():
     noon = time.mktime((2026, 11, 21, 12, 0, 0, 0, 0, -1))
     assert parse_time("12:00:30", noon) == noon + 30
@@ -295,6 +300,45 @@ print("closed", screen.closed, flush=True)
 left = display.Screen("DUMMY0")  # never closed by its owner: the end of the program does it
 print("size", left.slm.width, left.slm.height, flush=True)
 """
+
+
+THOUSAND = """
+import gc, os, sys
+import numpy as np
+import display
+from chrmc.slm import SLM
+slm = SLM("panel", 640, 480, 8e-6)
+pictures = [np.random.default_rng(n).integers(0, 256, slm.shape, dtype=np.uint8) for n in (1, 2)]
+def state():
+    gc.collect()
+    return len(os.listdir("/proc/self/fd")), int(open("/proc/self/statm").read().split()[1]) * 4096
+with display.Screen("DUMMY1", slm=slm, log=sys.argv[1]) as screen:
+    wrong = 0
+    for n in range(1000):
+        screen.show(pictures[n % 2])
+        wrong += not np.array_equal(screen.read()[..., 1], pictures[n % 2])
+        if n == 99:
+            before = state()
+    after = state()
+print(wrong, after[0] - before[0], after[1] - before[1])
+"""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("managed", ["openbox"], indirect=True)
+def test_a_thousand_frames_under_a_window_manager(managed, tmp_path):
+    server, _ = managed
+    log = tmp_path / "flips.csv"
+    done = subprocess.run(
+        [sys.executable, "-c", THOUSAND, str(log)],
+        env=server.environment, capture_output=True, text=True, timeout=1500,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    wrong, handles, memory = (int(v) for v in done.stdout.split())
+    print(done.stdout)
+    assert wrong == 0 and handles == 0 and memory < 20e6
+    rows = list(csv.DictReader(log.open()))
+    assert len(rows) == 1000 and {r["place"] for r in rows} == {"ok"}
 
 
 @pytest.mark.parametrize("managed", ["openbox"], indirect=True)

@@ -96,6 +96,7 @@ def test_the_window_lands_on_its_monitor_and_stays(managed, tmp_path, video_make
     facts = lands_and_stays(server, tmp_path, video_maker, slm, name)
     assert facts["window_manager"].lower().startswith(name[:4])
     assert not [note for note in facts["notes"] if "warning" in note]
+    assert any("composes the desktop" in note for note in facts["notes"]) == (name == "metacity")
 
 
 @pytest.mark.long
