@@ -24,9 +24,7 @@ PLANES = 256
 def is_thing(words: str) -> bool:
     """Whether this module knows what to do with a word of the command line."""
     path = Path(words)
-    if path.suffix.lower() == ".toml" and path.is_file():
-        return True
-    if is_recording(path):
+    if path.suffix.lower() == ".toml" or is_recording(path):
         return True
     return readable(words if path.exists() else split_depth(words)[0])
 

@@ -17,6 +17,8 @@ _MOTION = ("kind", "axis", "degrees", "file", "scale")
 
 def read_toml(path: Path) -> World:
     """A scene.toml, its files beside it; OSError or ValueError in one line."""
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is missing")
     try:
         content = tomllib.loads(path.read_text("utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
