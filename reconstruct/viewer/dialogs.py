@@ -49,8 +49,8 @@ def ask_to_open(session: Session, width: float) -> None:
     if imgui.is_window_appearing():
         imgui.set_keyboard_focus_here()
     imgui.set_next_item_width(-1.0)
-    enter = int(imgui.InputTextFlags_.enter_returns_true)
-    given, session.path = imgui.input_text("##path", session.path, enter)
+    flags_ = imgui.InputTextFlags_.enter_returns_true | imgui.InputTextFlags_.auto_select_all
+    given, session.path = imgui.input_text("##path", session.path, int(flags_))
     chosen = session.path if given or button("Open##path", 6) else ""
     imgui.same_line()
     imgui.text_disabled("or drop it on the window")

@@ -35,9 +35,11 @@ def tell():
         "centre": [pane.view.x, pane.view.y], "resting": model.resting and not window._lively > 0,
         "help": session.help, "line": model.line and model.line.length(8.1e-6),
         "listed": imgui.is_popup_open("", int(imgui.PopupFlags_.any_popup)),
-        "tool": session.tool,
+        "tool": session.tool, "asking": session.asking, "typing": imgui.get_io().want_text_input,
+        "source": str(model.video.folder), "path": session.path,
         "region": model.region and [model.region.corner, model.region.opposite],
-        "fault": model.fault(), "compared": model.mode, "longest": longest}), flush=True)
+        "message": session.told, "fault": model.fault(), "compared": model.mode,
+        "wipe": model.wipe, "longest": longest}), flush=True)
 while not glfw.window_should_close(window._handle):
     window.wait()
     start = time.perf_counter()
@@ -256,6 +258,25 @@ def test_escape_closes_what_is_open_and_never_the_window(start, video):
     leave(viewer)
 
 
+def test_a_path_is_typed_to_open_another_video(start, video, tmp_path):
+    other = shutil.copytree(video, tmp_path / "other")
+    viewer = start(video)
+    viewer.key("ctrl+o")
+    viewer.until(lambda s: s["asking"] and s["typing"])
+    viewer.hands("type", "--delay", "20", str(tmp_path / "nowhere"))
+    viewer.key("Return")
+    viewer.until(lambda s: "nowhere" in s["message"])
+    assert viewer.state["asking"] and viewer.state["number"] == 1
+    viewer.key("Escape")
+    viewer.until(lambda s: not s["asking"])
+    viewer.key("ctrl+o")
+    viewer.until(lambda s: s["asking"] and s["typing"])
+    viewer.hands("type", "--delay", "20", str(other))  # in place of what was there
+    viewer.key("Return")
+    viewer.until(lambda s: s["source"] == str(other) and not s["asking"] and s["resting"])
+    leave(viewer)
+
+
 def test_marks_are_drawn_with_the_hand(start, video):
     viewer = start(video)
     viewer.key("l")
@@ -284,7 +305,14 @@ def test_two_videos_beside_each_other_and_a_bad_frame_between(start, video, tmp_
     (other / "frame_0002.tif").unlink()
     viewer = start(video, other)
     assert viewer.state["compared"] == "side by side"
-    for mode in ("wipe", "difference", "A", "B"):
+    viewer.key("w")
+    viewer.until(lambda s: s["compared"] == "wipe" and s["resting"])
+    (left, top), (wide, tall) = viewer.state["origin"], viewer.state["size"]
+    middle = round(left + wide / 2), round(top + tall / 2)
+    viewer.hands("mousemove", *middle, "sleep", "0.2", "mousedown", 1, "sleep", "0.2")
+    viewer.hands("mousemove", middle[0] + 150, middle[1], "sleep", "0.2", "mouseup", 1)
+    viewer.until(lambda s: s["wipe"] == pytest.approx(0.5 + 150 / wide, abs=0.02))
+    for mode in ("difference", "A", "B"):
         viewer.key("w")
         viewer.until(lambda s, mode=mode: s["compared"] == mode)
     viewer.key("Tab")
