@@ -63,8 +63,15 @@ def write_grey(path: Path, levels: NDArray[np.uint8]) -> None:
     write_pixels(path, levels[:, :, None], "uint8", attributes=attributes)
 
 
-def read_grey(path: Path) -> NDArray[np.uint8]:
-    """(H, W) uint8 of an 8-bit picture that is grey; OSError or ValueError in one line."""
+MOST_PIXELS = 1 << 28
+"""Of a picture: a header may claim any size, and memory is given on its word."""
+
+
+def read_grey(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.uint8]:
+    """(H, W) uint8 of an 8-bit picture that is grey; OSError or ValueError in one line.
+
+    shape : what it must have, looked at before anything is decoded
+    """
     import OpenImageIO as oiio
 
     if not path.is_file():
@@ -74,6 +81,12 @@ def read_grey(path: Path) -> NDArray[np.uint8]:
         raise OSError(f"{path} cannot be read: {oiio.geterror().strip()}")
     try:
         spec = source.spec()
+        if spec.width * spec.height * spec.nchannels > MOST_PIXELS:
+            raise ValueError(f"{path} says it has {spec.width} × {spec.height} pixels: too many")
+        if shape is not None and (spec.height, spec.width) != shape:
+            raise ValueError(
+                f"{path} is {spec.width} × {spec.height} pixels; {shape[1]} × {shape[0]} are needed"
+            )
         if str(spec.format) != "uint8":
             raise ValueError(f"{path} holds {spec.format} samples; 8-bit grey levels are needed")
         pixels = source.read_image(format="uint8")

@@ -105,13 +105,7 @@ class Video:
     def read(self, number: int) -> NDArray[np.uint8]:
         """(H, W) grey levels of a frame; ValueError when it does not fit the SLM."""
         path = self.path(number)
-        levels = read_grey(path)
-        if levels.shape != self.slm.shape:
-            raise ValueError(
-                f"{path} is {levels.shape[1]} × {levels.shape[0]} pixels; {self.slm.name} needs "
-                f"{self.slm.width} × {self.slm.height}"
-            )
-        return levels
+        return read_grey(path, self.slm.shape)
 
 
 def ranges(numbers: list[int]) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from chrmc.cli.lazy import LazyGroup
+from chrmc.cli.signals import ended_by_signal
 
 # name: (module, one line for --help). Modules load when their command is called.
 COMMANDS = {
@@ -51,7 +52,8 @@ def main(arguments: list[str] | None = None) -> None:
     if hidden is not None:
         fail(hidden)
     try:
-        status = group.main(args=arguments, prog_name="chrmc", standalone_mode=False)
+        with ended_by_signal():
+            status = group.main(args=arguments, prog_name="chrmc", standalone_mode=False)
     except click.exceptions.Abort:
         print("chrmc: interrupted; what was finished is kept", file=sys.stderr)
         sys.exit(130)

@@ -1,15 +1,13 @@
 """`chrmc play`: a video or picture on an SLM, a preview window, or headless."""
 
 import contextlib
-import signal
-import threading
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import click
 
 from chrmc.cli.arguments import FrameRange, SLMType, stacked
+from chrmc.cli.signals import ended_by_signal
 from chrmc.slm import SLM
 
 CHANNELS = ("all", "red", "green", "blue")
@@ -156,7 +154,7 @@ def show(
         if name in options  # a test picture has no loop
     }
     with contextlib.ExitStack() as stack:
-        stack.enter_context(ended_by_signal())
+        stack.enter_context(ended_by_signal(even_under_nohup=True))
         screen = stack.enter_context(
             Screen(
                 monitor,
@@ -218,27 +216,3 @@ def _marks(udp: str | None, serial: str | None, stack: contextlib.ExitStack) -> 
 
 def _tell(line: str) -> None:
     click.echo(line, err=line.startswith("warning"))
-
-
-@contextlib.contextmanager
-def ended_by_signal() -> Any:
-    """Let a polite kill (SIGTERM) or a lost terminal (SIGHUP) end play as Ctrl-C does.
-
-    The gamma ramp is put back and the log closed. A panel must not stay lit after its user is
-    gone, so SIGHUP counts even under nohup.
-    """
-
-    if threading.current_thread() is not threading.main_thread():
-        yield  # signals are the main thread's
-        return
-
-    def end(_number: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    polite = [signal.SIGTERM] + ([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])
-    before = [signal.signal(number, end) for number in polite]
-    try:
-        yield
-    finally:
-        for number, handler in zip(polite, before, strict=True):
-            signal.signal(number, handler)

@@ -39,6 +39,10 @@ def write_exr(path: Path, frame: RGBDFrame) -> None:
     )
 
 
+MOST_PIXELS = 1 << 26
+"""Of a frame: a header may claim any size, and memory is given on its word."""
+
+
 def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
     """The frame in a file of any tool, and whether it has object ids (else all are 0).
 
@@ -56,7 +60,7 @@ def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
     if source is None:
         raise OSError(f"{path} cannot be read: {_line(oiio.geterror())}")
     try:
-        channels = _channels(source)
+        channels = _channels(source, path)
         names = [name for name, _, _ in channels]
         depth = find_channel(names, DEPTH_NAMES)
         if depth is None:
@@ -132,12 +136,15 @@ def _intensity_weights(names: Sequence[str], exclude: set[int | None]) -> list[t
     return found if len(found) == 3 else []
 
 
-def _channels(source: Any) -> list[tuple[str, int, int]]:
+def _channels(source: Any, path: Path) -> list[tuple[str, int, int]]:
     """(name, part, index) of all channels; names of a part after the first start with its own."""
     channels = []
     part = 0
     while source.seek_subimage(part, 0):
         spec = source.spec()
+        for width, height in ((spec.width, spec.height), (spec.full_width, spec.full_height)):
+            if width * height > MOST_PIXELS:
+                raise ValueError(f"{path} says it has {width} × {height} pixels: shrink it first")
         layer = "" if part == 0 else (spec.getattribute("name") or f"part{part}") + "."
         channels += [(layer + name, part, k) for k, name in enumerate(spec.channelnames)]
         part += 1

@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from chrmc.files import read_json
+from chrmc.ranges import real, short
 from chrmc.scene.rgbd import DepthPlanes
 from chrmc.scene.rgbd_scene import PHASE_SEED, RGBDScene
 from chrmc.scene.scene import Pose
@@ -118,22 +119,20 @@ def _check(content: Any, folder_name: str) -> Description:
 
 
 def _number(value: Any, key: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-        raise ValueError(f"{key} must be a number, not {value!r}")
-    return float(value)
+    return real(key, value)
 
 
 def _length(content: Mapping[str, Any], key: str) -> float:
     value = _number(content[key], key)
     if value <= 0:
-        raise ValueError(f"{key} must be a positive number of metres, not {value!r}")
+        raise ValueError(f"{key} must be a positive number of metres, not {short(value)}")
     return value
 
 
 def _whole(value: Any, key: str, least: int) -> int:
     number = _number(value, key)
     if number != int(number) or number < least:
-        raise ValueError(f"{key} must be a whole number from {least} on, not {value!r}")
+        raise ValueError(f"{key} must be a whole number from {least} on, not {short(value)}")
     return int(number)
 
 
@@ -141,7 +140,10 @@ def _files(value: Any) -> list[str] | None:
     if value is None:
         return None
     if not isinstance(value, list) or not value or not all(isinstance(v, str) for v in value):
-        raise ValueError(f"frames must be a list of file names, not {value!r}")
+        raise ValueError(f"frames must be a list of file names, not {short(value)}")
+    for name in value:
+        if "\0" in name or Path(name).is_absolute() or ".." in Path(name).parts:
+            raise ValueError(f"frames: {short(name)} leads out of the folder; name files in it")
     return value
 
 

@@ -121,7 +121,7 @@ def test_a_frame_of_the_wrong_size_is_refused(tmp_path: Path) -> None:
     writer.add(FrameRecord(1), levels(1))
     writer.save()
     write_grey(tmp_path / "frame_0001.tif", np.zeros((5, 7), np.uint8))
-    with pytest.raises(ValueError, match="7 × 5 pixels; test needs 48 × 31"):
+    with pytest.raises(ValueError, match="7 × 5 pixels; 48 × 31 are needed"):
         open_video(tmp_path).read(1)
 
 

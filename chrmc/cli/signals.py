@@ -1,0 +1,33 @@
+"""Signals that end a command politely: it leaves what it finished whole, as after Ctrl-C."""
+
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator
+from types import FrameType
+
+
+@contextlib.contextmanager
+def ended_by_signal(even_under_nohup: bool = False) -> Iterator[None]:
+    """Let a polite kill (SIGTERM) or a lost terminal (SIGHUP) end what is inside as Ctrl-C does.
+
+    even_under_nohup : SIGHUP counts although the caller was told to outlive its terminal
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals are the main thread's
+        return
+
+    def end(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    polite = [signal.SIGTERM]
+    if hasattr(signal, "SIGHUP") and (
+        even_under_nohup or signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN
+    ):
+        polite.append(signal.SIGHUP)
+    before = [signal.signal(number, end) for number in polite]
+    try:
+        yield
+    finally:
+        for number, handler in zip(polite, before, strict=True):
+            signal.signal(number, handler)
