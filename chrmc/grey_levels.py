@@ -13,12 +13,14 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from chrmc.encoding import Coding, coding_for
+from chrmc.ranges import real
 from chrmc.response import GreyResponse
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
 from chrmc.survey import survey
 from chrmc.threads import workers
 
+_LEAST, _MOST = 1e-15, 1e15  # of a field: its square must be a normal float32
 _BLOCK = 32  # rows at a time, so that a block stays in the cache through all its steps
 
 
@@ -81,9 +83,17 @@ def check_field(field: NDArray[np.complexfloating], slm: SLM) -> NDArray[np.comp
             f"field is {field.shape} but {slm.name} has (rows, columns) = {slm.shape}; compute it "
             "on the SLM's own pixels"
         )
-    if not np.isfinite(field.sum()) and not np.isfinite(field).all():
+    if field.dtype.kind not in "cfiu":
+        raise ValueError(f"field must be an array of numbers, not of {field.dtype}")
+    peak = max(float(np.abs(part).max(initial=0)) for part in (field.real, field.imag))
+    if not np.isfinite(peak):
         bad = np.count_nonzero(~np.isfinite(field))
         raise ValueError(f"field has {bad} NaN or infinite pixels; every one must be finite")
+    if peak > 0 and not _LEAST <= peak <= _MOST:
+        raise ValueError(
+            f"the field reaches {peak:.3g}, outside {_LEAST:g} to {_MOST:g}, where single "
+            "precision is safe: multiply it by a number"
+        )
     return field
 
 
@@ -156,8 +166,9 @@ def encode_signal(
         raise ValueError(
             f"signal must be float32 (rows, columns), not {signal.dtype} {signal.shape}"
         )
-    if not (np.isfinite(scale) and scale >= 0):
-        raise ValueError(f"scale must be positive, not {scale}")
+    scale = real("scale", scale)
+    if not (scale == 0 or 1e-30 <= scale <= 1e30):
+        raise ValueError(f"scale must be a positive number, 1e-30 to 1e30, not {scale:g}")
     if scale == 0:
         if signal.any():
             raise ValueError("scale is 0 but the signal is not: take video_scale of its scene")

@@ -102,6 +102,8 @@ class GreyResponse:
                 + (" with repeats or backwards" if (np.diff(at) <= 0).any() else "")
             )
         every = np.arange(LEVELS)
+        if np.abs(values).max() > 1e30:
+            raise ValueError(f"response {name}: amplitudes of {np.abs(values).max():g} are none")
         modulus = PchipInterpolator(at, np.abs(values))(every)
         # Dark levels have no phase of their own: take it from the nearest lit one.
         lit = np.abs(values) > 1e-6 * np.abs(values).max()

@@ -17,7 +17,7 @@ part without a sideband gives U + U*, the twin image included.
 """
 
 from dataclasses import dataclass, replace
-from math import ceil, isfinite
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,7 @@ from chrmc.optics.propagation import (
     spread,
     transfer_function,
 )
-from chrmc.ranges import DISTANCE_RANGE, WAVELENGTH_RANGE
+from chrmc.ranges import DISTANCE_RANGE, WAVELENGTH_RANGE, real
 from chrmc.response import GreyResponse
 from chrmc.slm import SLM, WAVELENGTH
 from chrmc.threads import workers
@@ -93,7 +93,8 @@ class FourF:
         response: GreyResponse | None = None,
         scale: float = 1.0,
     ) -> None:
-        if not (isfinite(scale) and scale > 0):
+        scale = real("scale", scale)
+        if not scale > 0:
             raise ValueError(f"scale must be positive, not {scale}")
         self.slm = slm
         self.wavelength = WAVELENGTH_RANGE.of(wavelength)

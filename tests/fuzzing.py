@@ -38,12 +38,13 @@ NUMBERS: list[Any] = [
     "inf", "-inf", 2**64, 10**40,
 ]  # fmt: skip
 WORDS = [
-    "", "0", "-1", "1", "3", "0.25", "252mm", "8um", "532nm", "532", "1e308", "1e-320", "nan", "inf",
-    "-inf", "9" * 40, "none", "x", "../..", "/", "/dev/null", "ü\u2028é", "1:2", "2:1", "1,2", "0:0",
-    "all", "a=b", "=", "tolerance=", "tolerance=none", "tolerance=" + "9" * 40, "radius=1e308",
-    "guard=-1", "planes=0", "planes=1e9", "-", "--", "%s", "{0}", "a" * 300,
+    "", "0", "-1", "1", "3", "0.25", "252mm", "8um", "532nm", "532", "1e308", "1e-320", "nan",
+    "inf", "-inf", "9" * 40, "none", "x", "../..", "/", "/dev/null", "ü\u2028é", "1:2", "2:1",
+    "1,2", "0:0", "all", "a=b", "=", "tolerance=", "tolerance=none", "tolerance=" + "9" * 40,
+    "radius=1e308", "guard=-1", "planes=0", "planes=1e9", "-", "--", "%s", "{0}", "a" * 300,
 ]  # fmt: skip
 PANEL = ["--slm", "192x120:81um"]
+FRESH = ["--cgh", "fresnel", "--compensation", "none"]
 COMMANDS: dict[str, list[str]] = {
     "generate": ["--out", "--cgh", "--compensation", "--surface", "--tolerance", "--frames",
                  "--encoding", "--form", "--slm", "--wavelength", "--gamma", "--response", "--set",
@@ -91,10 +92,8 @@ ON_FILES = [
 def prepared(folder: Path) -> None:
     """A scene, a video and a table that are as they should be."""
     run_quietly(["scene", "car-house", "--out", str(folder / "scene"), "--frames", "1:2"])
-    run_quietly(
-        ["generate", "car-house", "--out", str(folder / "video"), "--frames", "1:2", *PANEL]
-        + ["--cgh", "fresnel", "--compensation", "none"]
-    )
+    video = ["--out", str(folder / "video"), "--frames", "1:2"]
+    run_quietly(["generate", "car-house", *video, *PANEL, *FRESH])
     (folder / "grey.csv").write_text("grey,intensity\n0,0.01\n64,0.1\n128,0.4\n255,1\n")
 
 
@@ -267,7 +266,7 @@ def unpacked(value: dict[str, Any]) -> Any:
 
 
 def call(case: Case) -> None:
-    """Do what the case asks; ValueError where a result is not finite is no excuse: AssertionError."""
+    """Do what the case asks; AssertionError where a result is not finite."""
     import chrmc
     import display
     import reconstruct
@@ -291,7 +290,10 @@ def call(case: Case) -> None:
             )
             made = np.stack([frame.field for frame in frames])
     elif name == "encode":
-        field = np.asarray(unpacked(case["picture"])) * real(case["scale"])
+        field, scale = np.asarray(unpacked(case["picture"])), real(case["scale"])
+        if field.dtype.kind in "fi" and isinstance(scale, float):
+            with np.errstate(all="ignore"):
+                field = field * scale
         made = display.encode(field, slm, case["encoding"])
     elif name == "four_f":
         levels = np.zeros(slm.shape, np.uint8)
@@ -400,6 +402,22 @@ def keep(case: Case, why: str) -> Path:
     return path
 
 
+def replay() -> int:
+    """Try all kept cases again; 1 when one fails."""
+    cases = {path.name: json.loads(path.read_text()) for path in sorted(KEPT.glob("*.json"))}
+    bad = 0
+    with tempfile.TemporaryDirectory(prefix="fuzz") as place:
+        if any(case["kind"] == "cli" for case in cases.values()):
+            prepared_apart(Path(place))
+        for name, case in cases.items():
+            why = in_copy(case, Path(place))
+            if why:
+                bad += 1
+                print(f"{name}: {why}")
+    print(f"{len(cases)} kept cases, {bad} fail")
+    return int(bad > 0)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--minutes", type=float, default=5)
@@ -407,7 +425,10 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=time.time_ns() % 2**32)
     parser.add_argument("--kinds", default="cli,files,arrays")
     parser.add_argument("--no-keep", action="store_true", help="only say what failed")
+    parser.add_argument("--replay", action="store_true", help="try the kept cases again")
     asked = parser.parse_args()
+    if asked.replay:
+        return replay()
     kinds = asked.kinds.split(",")
     rng = random.Random(asked.seed)
     counts: Counter[str] = Counter()

@@ -173,6 +173,10 @@ class Patch:
         return y + row * self.pitch, x + column * self.pitch
 
 
+MOST_SAMPLES = 1 << 28
+"""Of a padded grid: 2 GiB of complex64."""
+
+
 @dataclass(frozen=True)
 class _Axis:
     """One axis of a Propagator: which input is used, and how its grid meets the output's."""
@@ -222,6 +226,11 @@ class Propagator:
         if band is not None:
             limits = (min(band.fy_max, nyquist), min(band.fx_max, nyquist))
         self._axes = [self._axis(axis, limits[axis]) for axis in (0, 1)]
+        if self.grid[0] * self.grid[1] > MOST_SAMPLES:
+            raise ValueError(
+                f"propagation over {self.longest:g} m at wavelength {wavelength:g} m spreads over "
+                f"{self.grid[1]} × {self.grid[0]} samples: too many for memory; go less far"
+            )
         self._transfers = Kept(limit=1 << 40, most=keep)
 
     @property

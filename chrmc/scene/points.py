@@ -39,6 +39,8 @@ def numbers(
 
 MANY_TURNS = 1e6
 """Radians beyond which phases are taken modulo a turn."""
+FARTHEST = 1e12
+"""Metres that a position may hold, be it a renderer's background; far beyond what can be shown."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -65,6 +67,11 @@ class PointCloud:
             positions = positions.reshape(0, 3)
         if positions.ndim != 2 or positions.shape[1] != 3:
             raise ValueError(f"positions must be (N, 3), not {positions.shape}")
+        if positions.size and np.abs(positions).max() > FARTHEST:
+            raise ValueError(
+                f"positions reach {np.abs(positions).max():.3g} m; they are metres, at most "
+                f"{FARTHEST:g}"
+            )
         object.__setattr__(self, "positions", positions)
         for name in ("amplitude", "phase"):
             values = numbers(name, getattr(self, name)).reshape(-1)

@@ -31,6 +31,8 @@ class DepthPlanes:
             raise ValueError(f"depth_step must be a positive length, not {self.step} m")
         if self.count < 1:
             raise ValueError(f"depth_planes must be at least 1, not {self.count}")
+        if not self.last <= 1e9:
+            raise ValueError(f"depth_min, depth_step and depth_planes reach {self.last:g} m")
 
     @property
     def last(self) -> float:

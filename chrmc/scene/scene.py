@@ -32,6 +32,8 @@ class Pose:
         rotation = numbers("rotation", self.rotation, (3, 3))
         object.__setattr__(self, "rotation", rotation)
         object.__setattr__(self, "translation", numbers("translation", self.translation, (3,)))
+        if np.abs(rotation).max() > 2:  # and might overflow below
+            raise ValueError(f"rotation has an entry of {np.abs(rotation).max():.3g}: it is none")
         off = float(np.abs(rotation.T @ rotation - np.eye(3)).max())
         if off > ORTHOGONAL:
             raise ValueError(

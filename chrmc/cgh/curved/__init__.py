@@ -45,6 +45,7 @@ from chrmc.cgh.method import CGHMethod
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import reach
 from chrmc.optics.passband import Passband
+from chrmc.ranges import real
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from chrmc.window import Window
@@ -56,6 +57,7 @@ TOLERANCES = (1e-6, 1e-1)
 def check_tolerance(tolerance: float) -> float:
     """Itself, or ValueError outside TOLERANCES."""
     low, high = TOLERANCES
+    tolerance = real("tolerance", tolerance)
     if not low <= tolerance <= high:
         raise ValueError(
             f"tolerance must lie between {low:g} and {high:g}, not {tolerance:g}: single "
