@@ -395,7 +395,7 @@ def in_copy(case: Case, good: Path) -> str:
 
 
 def keep(case: Case, why: str) -> Path:
-    text = json.dumps(case | {"was": why}, indent=1)
+    text = json.dumps(case | {"was": why})
     path = KEPT / f"{case['kind']}_{hashlib.sha256(text.encode()).hexdigest()[:10]}.json"
     KEPT.mkdir(exist_ok=True)
     path.write_text(text + "\n")
