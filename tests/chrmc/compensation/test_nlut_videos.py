@@ -96,6 +96,18 @@ def test_motion_by_whole_pixels_costs_only_the_strips(method: str) -> None:
         assert error_of(frame.field, frame.cloud) < 1e-5
 
 
+def test_the_ledger_of_a_move_counts_its_strips_and_a_key_frame_all_pixels() -> None:
+    scene = glide([(3 * PITCH, -2 * PITCH, 0)])
+    key, later = frames_of(scene, "mc-nlut", 2)
+    objects = scene.frame(2).objects
+    moving = [o for o in objects if not o.cloud.same_as(scene.frame(1).objects[0].cloud)]
+    width, height = SMALL.width, SMALL.height
+    assert key.record.point_pixels == len(key.cloud) * width * height
+    strips = width * height - (width - 3) * (height - 2)
+    assert later.record.blank_share == pytest.approx(strips / (width * height * len(objects)))
+    assert later.record.point_pixels == len(moving[0].cloud) * strips
+
+
 def test_only_three_directional_compensation_follows_depth() -> None:
     scene = glide([(0, 0, 2e-4), (2 * PITCH, 0, 3e-4)])
     count = {

@@ -19,6 +19,8 @@ from chrmc.compensation.ch_rmc_paper.conversion import (
     to_planar,
 )
 from chrmc.compensation.ch_rmc_paper.cylinder import cylinder_at, rotate, to_local, to_original
+from chrmc.reference import reference_field
+from chrmc.scene.points import PointCloud
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
 
 WIDTH = LC_R_1080.width * LC_R_1080.pixel_pitch
@@ -121,3 +123,20 @@ def test_a_whole_pixel_rotation_is_a_roll() -> None:
     curved = rng.normal(size=cylinder.out.shape).astype(np.complex64)
     turned = rotate(curved, cylinder, 7 * slm.pixel_pitch / 0.04)
     assert np.linalg.norm(turned - np.roll(curved, -7, axis=1)) < 1e-4 * np.linalg.norm(curved)
+
+
+def test_receding_makes_a_points_fringe_that_of_one_farther_away() -> None:
+    slm = SLM("small", 240, 160, 8.1e-6)
+
+    def fringe(z: float) -> np.ndarray:
+        return reference_field(PointCloud(np.array([[0, 0, z]]), np.ones(1), np.zeros(1)), slm,
+                               WAVELENGTH)  # fmt: skip
+
+    def alike(one: np.ndarray, other: np.ndarray) -> float:
+        return float(abs(np.vdot(one, other)) / np.linalg.norm(one) / np.linalg.norm(other))
+
+    at, step = 20e-3, 1e-3
+    cylinder = cylinder_at(slm, WAVELENGTH, (0.0, 0.05), 0.04)
+    moved = to_original(to_local(fringe(at).astype(np.complex64), cylinder), cylinder, step)
+    assert alike(moved, fringe(at + step)) > 0.98
+    assert alike(moved, fringe(at)) < 0.95 and alike(moved, fringe(at - step)) < 0.8

@@ -116,3 +116,11 @@ def test_nothing_to_compare() -> None:
     assert snr(none, none, match(none, none, rule, PITCH, PLANE)) == np.inf
     with pytest.raises(ValueError, match="unknown matching rule 'loose'"):
         rule_named("loose")
+
+
+@pytest.mark.parametrize(("grey", "same"), [(1, True), (2, True), (3, False)])
+def test_the_strict_rule_ends_at_two_grey_levels(grey: int, same: bool) -> None:
+    before = image_cloud({(0, 0): (1, 1.0), (3, 2): (1, 100 / 255)})
+    after = image_cloud({(0, 0): (1, 1.0), (3, 2): (1, (100 + grey) / 255)})
+    found = match(before, after, rule_named("strict"), PITCH, PLANE)
+    assert found.wrong.tolist() == found.missing.tolist() == [False, not same]
