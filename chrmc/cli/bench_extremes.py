@@ -52,9 +52,11 @@ def command(ctx: click.Context, minutes: float, seed: int | None, out: Path, for
 
     def seeds() -> Any:
         number = seed
-        while time.monotonic() < end:
+        while True:
             if number not in done:
                 yield number
+                if time.monotonic() > end:
+                    return
             number += 1
 
     out.mkdir(parents=True, exist_ok=True)

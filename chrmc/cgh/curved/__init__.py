@@ -28,7 +28,7 @@ from chrmc.cgh.curved.assembly import (
     reference_cycles,
     sum_signals,
 )
-from chrmc.cgh.curved.baseband import MOST_WAVES, make_factor
+from chrmc.cgh.curved.baseband import make_factor
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import (
     BEARABLE,
@@ -122,7 +122,7 @@ def low_rank(
     check_tolerance(tolerance)
     lines = lines_of(slm, window)
     plane = plane_of(slm, wavelength, window, passband)
-    plane = replace(plane, waves=MOST_WAVES / len(cloud))
+    plane = replace(plane, points=len(cloud))
     # The largest first, so that the others fit beside it.
     parts = sorted(clusters.split(cloud, plane), key=len, reverse=True)
     aim = tolerance

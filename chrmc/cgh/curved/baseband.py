@@ -48,6 +48,7 @@ _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for 
 MOST_WAVES = 2e8
 """Points times nodes of a hologram up to which waves are summed one by one, a few seconds."""
 _WORTH = 3e7  # points times targets, from which splitting for want of a series is quicker
+_MANY = 8000  # points in all, from which it matters
 _SAMPLES = 0.1  # of a series, for each wave that it saves
 _SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
 
@@ -177,7 +178,8 @@ def sum_points(
     if series is None or series.terms > _MOST_TERMS:
         # The rest of the wave changes too much over the cluster: smaller ones, or none at all.
         parts = clusters.leaves(cloud, box, (2, 2, 2)) if len(cloud) > _FEW else []
-        if len(parts) > 1 and len(cloud) * plane.x[2] * plane.y[2] < _WORTH:
+        few = len(cloud) * plane.x[2] * plane.y[2] < _WORTH
+        if len(parts) > 1 and few and plane.points > _MANY:
             raise ValueError(
                 f"points between {1e3 * box[2, 0]:.3g} and {1e3 * box[2, 1]:.3g} mm would take "
                 "thousands of small clusters, more work than pixel by pixel: use rt, or bring them "
@@ -185,11 +187,12 @@ def sum_points(
             )
         if len(parts) > 1:
             return _from_leaves(parts, axes, reference, plane, tolerance)
-        if nodes[0] * nodes[1] > plane.waves:
+        most = MOST_WAVES / plane.points
+        if nodes[0] * nodes[1] > most:
             raise ValueError(
                 f"points at {1e3 * box[2, 0]:.3g} mm would take {nodes[0] * nodes[1]:.1e} waves "
-                f"each, more than {plane.waves:.1e}: no short series fits them; move them farther "
-                "away or closer together, or take fewer"
+                f"each, more than {most:.1e}: no short series fits them; move them farther away "
+                "or closer together, or take fewer"
             )
         return *exact_baseband(cloud, *axes, wave), Remainder()
     levels, between = _levels(cloud, axes, reference, plane, tolerance, series)

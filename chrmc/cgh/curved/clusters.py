@@ -24,14 +24,14 @@ class Plane:
 
     x, y : (lowest, highest, number) of the targets
     reach : footprint half-width per depth in x and y
-    waves : of each point that may be summed one by one, where no series fits
+    points : in all, which share what may be summed one by one where no series fits
     """
 
     x: tuple[float, float, int]
     y: tuple[float, float, int]
     wavelength: float
     reach: tuple[float, float]
-    waves: float = 1e6
+    points: int = 1
 
 
 def bounding_box(positions: Floats) -> Floats:

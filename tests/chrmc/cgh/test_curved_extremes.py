@@ -85,7 +85,8 @@ def test_the_last_pixel_that_can_show_a_point(encoding: str) -> None:
 
 
 def test_hopeless_work_is_refused_before_it_starts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(curved, "MOST_WAVES", 1e3)
+    monkeypatch.setattr(curved.baseband, "MOST_WAVES", 1e3)
+    monkeypatch.setattr(curved.baseband, "_MANY", 10)
     monkeypatch.setattr(curved.baseband, "_MOST_TERMS", 2)
     cloud = box(40, (1e-3, 1e-3, 5e-4), (0, 0, 1e-3))
     slm = SLM("s", 300, 201, 8.1e-6)
