@@ -45,6 +45,7 @@ _LONGEST = 1 << 17  # samples of one point's footprint per axis
 _DEPTH_GRID = NEAR / 10  # metres
 _GRID_STEP = 128  # samples; grids that grow in such steps are seldom new ones
 _LARGEST = 1 << 26  # samples of the grid that planes are propagated on
+_MOST_ON_PLANES = 1 << 28  # samples of all planes' grids: half a minute
 _MOST_SAMPLES = 1e10  # of all patches on a plane: half a minute
 _BLOCK = 1 << 20  # samples held at once while patches are made
 
@@ -108,7 +109,7 @@ def field(
         for axis, span in ((0, window.rows), (1, window.columns))
     )
     shape = (grid[0], grid[1])
-    _check_grid(shape, z)
+    _check_grid(shape, z, len(used))
     kept = Kept() if cache is None else cache
     total = np.zeros(shape, dtype=np.complex64)
     for i, plane in zip(used, recorded, strict=True):
@@ -189,10 +190,11 @@ class RecordedPlane:
     depth: float
 
 
-def _check_grid(shape: tuple[int, int], z: NDArray[np.float64]) -> None:
-    if shape[0] * shape[1] > _LARGEST:
+def _check_grid(shape: tuple[int, int], z: NDArray[np.float64], planes: int = 1) -> None:
+    samples = shape[0] * shape[1]
+    if samples > _LARGEST or samples * planes > _MOST_ON_PLANES:
         raise ValueError(
-            f"wrp would need a grid of {shape[1]} × {shape[0]} samples for points up to "
+            f"wrp would need {planes} grids of {shape[1]} × {shape[0]} samples for points up to "
             f"{z.max():.4g} m away: use rt, fresnel or curved"
         )
 

@@ -73,8 +73,8 @@ def field_at(
             r += pz
             r *= wavelength
             dx /= r
-            dx += own[part, None]
             dx -= np.rint(dx)
+            dx += own[part, None]
             dx *= 2 * pi
             out[some].real += np.einsum("jk,jk->k", weight, np.cos(dx))
             out[some].imag += np.einsum("jk,jk->k", weight, np.sin(dx))
