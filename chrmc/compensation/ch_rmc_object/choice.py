@@ -4,7 +4,7 @@ All costs are counted in multiply-adds of a matrix product, from the shapes of t
 the same scene is decided the same way on every machine.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from math import ceil
@@ -193,14 +193,9 @@ def _cost(
 
 def poses_ahead(scene: Scene, thing: ObjectFrame, later: Sequence[int]) -> list[Pose]:
     """An object's poses in the frames to come, as far as the scene can tell."""
-    tell: Callable[[str, int], Pose] | None = getattr(scene, "pose", None)
     poses: list[Pose] = []
     for number in later[:LOOK_AHEAD]:
-        if tell is not None:
-            pose: Pose | None = tell(thing.name, number)
-        else:
-            found = [o for o in scene.frame(number).objects if o.name == thing.name]
-            pose = found[0].pose if found and found[0].body is thing.body else None
+        pose = scene.pose(thing.name, number)
         if pose is None:
             break
         poses.append(pose)

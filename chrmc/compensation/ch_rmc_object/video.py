@@ -177,7 +177,8 @@ class _Maker:
                     return self._track(thing, [factor], budget, group)
         elif track is not None and number < track.wait:
             return self._afresh(thing, record, "", track.wait)
-        ahead = poses_ahead(self._scene, thing, [n for n in self._numbers if n > number])
+        later = [n for n in self._numbers if n > number]
+        ahead = poses_ahead(self._scene, thing, later)
         before = None if track is None else track.thing.pose
         rested = before is not None and before.same_as(thing.pose)
         if not rested and all(pose.same_as(thing.pose) for pose in ahead):
