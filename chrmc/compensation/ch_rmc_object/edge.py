@@ -29,7 +29,7 @@ _DENSE = 1.3  # places for each that Nyquist asks for
 _LEAST = 4.0  # the same in places
 _FEWEST = 4.0  # places that a soft edge is read at, at least
 _WAVES = 1.8  # waves for each place
-_NOISE = 3e-2  # that a filter is made for, in shares of the tolerance
+_NOISE = 0.3  # in the places, that a filter is made for, in shares of the tolerance
 
 
 @dataclass(frozen=True, eq=False)

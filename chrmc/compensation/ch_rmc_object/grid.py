@@ -54,9 +54,12 @@ def make_grid(
     across, down = (1.02 * (half[i] + half[2] * far[i] / gamma) / wavelength for i in range(2))
     down += across * view.tilt
     steps = min(taps.step(across), _LONGEST), min(taps.step(down), _LONGEST)
-    pad = taps.count // 2 + 1
+    # Parts may need a place more than others, and a leaning column more of α where β has ended.
+    high = taps.count // 2 + 4
+    pads = taps.count // 2 + 2 + ceil(view.tilt * high * steps[1] / steps[0]), high
     count = [
-        ceil((high - low) / h) + 2 * pad + 1 for (low, high), h in zip(spans, steps, strict=True)
+        ceil((high - low) / step) + 2 * pad + 1
+        for (low, high), step, pad in zip(spans, steps, pads, strict=True)
     ]
     # The rms over a box of points of what is largest at its corners.
     delta2 = sqrt((half[0] ** 4 + half[1] ** 4) / 5 + 2 * (half[0] * half[1]) ** 2 / 9)
@@ -69,7 +72,7 @@ def make_grid(
         count[1] if count[1] * steps[1] < 2 * width[1] else ceil(width[1] / 2 / steps[1]) + 1,
     )
     return Grid(
-        (spans[0][0] - pad * steps[0], spans[1][0] - pad * steps[1]), steps,
+        (spans[0][0] - pads[0] * steps[0], spans[1][0] - pads[1] * steps[1]), steps,
         (count[0], count[1]), (across, down), middle + reach * chebyshev(layers), view.s, tile,
         taps, view.tilt,
     )  # fmt: skip

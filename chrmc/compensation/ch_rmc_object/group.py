@@ -17,7 +17,6 @@ from chrmc.cgh.curved.interface import (
     Plane,
     Reference,
     Remainder,
-    alone,
     bounding_box,
     budget_of,
     part_of,
@@ -88,7 +87,6 @@ class Group:
         self._visible = np.zeros(len(own), dtype=bool)
         self.count = Count()
 
-    @alone
     def factor(self, plan: Plan, record: FrameRecord) -> tuple[Factor, Budget]:
         """A frame's low-rank factor and its expected error. Raises NotCovered."""
         thing, wave, axes = plan.thing, plan.wave, plan.axes

@@ -24,6 +24,7 @@ from chrmc.cgh.curved.interface import (
     SURE,
     Budget,
     Factor,
+    alone,
     check_tolerance,
     lines_of,
     low_rank,
@@ -155,6 +156,7 @@ class _Maker:
                 self._renderer.of("signal", shares, still, record),
             )
 
+    @alone
     def _follow(
         self, track: _Track | None, thing: ObjectFrame, number: int, record: FrameRecord
     ) -> _Track:
@@ -246,14 +248,8 @@ class _Maker:
 
     def _missed(self, factors: list[Factor], cloud: PointCloud, budget: Budget) -> float:
         """The error on some pixels, over the tolerance."""
-        plane, tolerance = self._plane, self._tolerance
-        return (
-            measured_error(
-                factors, cloud, self._targets, self._wavelength, plane.reach, tolerance,
-                budget.relative,
-            )
-            / tolerance
-        )  # fmt: skip
+        given = self._targets, self._wavelength, self._plane.reach, self._tolerance
+        return measured_error(factors, cloud, *given, budget.relative) / self._tolerance
 
     def _together(
         self, tracks: list[_Track], cloud: PointCloud, record: FrameRecord, total: Budget

@@ -169,6 +169,15 @@ def test_strips_at_full_size_are_filtered_from_the_plain_baseband(place: list[fl
     assert error / 2 <= expected <= 0.6e-3
 
 
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+def test_filters_do_not_blow_up_the_error_of_what_they_read(tolerance: float) -> None:
+    thing = seen(body(60, (1.6e-3, 6.2e-4, 7e-4)), [0.0, 0.3, 0.0], [0.0, 0.0, 0.2])
+    plan = plan_of(thing, LC_R_1080, tolerance)
+    matrices = [m for r in plan.readings for f in r.filters for m in f.matrices]
+    assert len(matrices) == 8  # four strips, two lines across each
+    assert max(float(np.linalg.norm(m, axis=1).max()) for m in matrices) < 2
+
+
 def test_a_tighter_tolerance_has_its_strips_from_the_points() -> None:
     thing = seen(body(60, (1.6e-3, 6.2e-4, 7e-4)), [0.0, 0.3, 0.0], [5e-3, 1.2e-3, 0.252])
     plan = plan_of(thing, LC_R_1080, 1e-5)
