@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from chrmc.cgh import Method, method_named
 from chrmc.compensation import VideoMethod
 from chrmc.compensation.frame import VideoFrame
+from chrmc.differences import differences, refuse_another
 from chrmc.light_map import LightMap
 from chrmc.lock import writer_lock
 from chrmc.optics.footprint import coverage
@@ -29,11 +30,9 @@ from chrmc.store import (
     GroupWriter,
     Video,
     VideoWriter,
-    differences,
     existing_manifest,
     group_records,
     open_video,
-    refuse_another,
     remove_video,
     replace_video,
 )

@@ -7,7 +7,7 @@ a run that was cut off leaves them, and they count.
 """
 
 import time
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.compensation.ledger import FrameRecord
+from chrmc.differences import refuse_another
 from chrmc.files import read_json, sha256, sweep, write_json
 from chrmc.machine import arithmetic
 from chrmc.manifest import FORMAT, checked, checked_frame, plain_file
 from chrmc.pictures import read_grey, write_grey
-from chrmc.ranges import short
 from chrmc.slm import SLM
 
 if TYPE_CHECKING:
@@ -318,39 +318,6 @@ def existing_manifest(folder: Path) -> dict[str, Any] | None:
             "choose another --out"
         )
     return None
-
-
-def refuse_another(folder: Path, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
-    """ValueError that names what differs, unless `before` agrees with all that `wanted` says."""
-    found = list(differences({"response": {"name": "linear"}, **before}, wanted))
-    if found:
-        more = f" and {len(found) - 3} more" if len(found) > 3 else ""
-        raise ValueError(
-            f"{folder} holds another video ({'; '.join(found[:3])}{more}): choose another --out, "
-            "or replace it with --force"
-        )
-
-
-def differences(before: Any, wanted: Any, name: str = "") -> Iterator[str]:
-    """What differs, such as "tolerance 0.001, not 0.01"; only what `wanted` says counts."""
-    if isinstance(before, Mapping) and isinstance(wanted, Mapping):
-        for key, value in wanted.items():
-            yield from differences(before.get(key), value, _WORDS.get(key) or str(key))
-        if name == "options":
-            for key in before.keys() - wanted.keys():
-                yield f"{key} {short(before[key])}, not given"
-    elif before != wanted:
-        if name in _WORDS.values():
-            yield f"{name} differ"
-        else:
-            yield f"{name} {_said(before)}, not {_said(wanted)}"
-
-
-_WORDS = {"fingerprint": "the scene's points", "spot_check": "the scene's points"}
-
-
-def _said(value: Any) -> str:
-    return value if isinstance(value, str) and len(value) <= 60 else short(value)
 
 
 def remove_video(folder: str | Path) -> None:
