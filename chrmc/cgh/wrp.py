@@ -26,6 +26,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from chrmc.cgh.method import CGHMethod
+from chrmc.cgh.wrp_paths import Path, grid_length, paths_to
 from chrmc.kept import Kept
 from chrmc.optics.footprint import reach, taper
 from chrmc.optics.passband import Passband
@@ -39,11 +40,8 @@ NEAR = 5e-3
 """Default planes stand so that no point is farther from its plane than this, metres."""
 MOST_PLANES = 12
 """But never more planes than this unless asked for."""
-FADE = 4.0
-"""Light that misses the window fades out over this many Fresnel zones √(λz)."""
 _LONGEST = 1 << 17  # samples of one point's footprint per axis
 _DEPTH_GRID = NEAR / 10  # metres
-_GRID_STEP = 128  # samples; grids that grow in such steps are seldom new ones
 _LARGEST = 1 << 26  # samples of the grid that planes are propagated on
 _MOST_ON_PLANES = 1 << 28  # samples of all planes' grids: half a minute
 _MOST_SAMPLES = 1e10  # of all patches on a plane: half a minute
@@ -95,13 +93,13 @@ def field(
     nearest = np.argmin(np.abs(z[:, None] - depths), axis=1)
     used = np.unique(nearest)
     groups = [cloud.select(nearest == i) for i in used]
-    paths = _paths(cloud, slm, wavelength, window, passband)
+    paths = paths_to(cloud, slm, wavelength, window, passband)
     recorded = [
         record_plane(group, slm, wavelength, float(depths[i]), guard, paths)
         for i, group in zip(used, groups, strict=True)
     ]
     grid = tuple(
-        _grid_length(
+        grid_length(
             [(r.origin[axis], r.origin[axis] + r.field.shape[axis]) for r in recorded],
             (span[0], span[-1] + 1),
             paths[axis].spread / slm.pixel_pitch,
@@ -205,7 +203,7 @@ def record_plane(
     wavelength: float,
     depth: float,
     guard: float,
-    paths: tuple["Path", "Path"],
+    paths: tuple[Path, Path],
 ) -> RecordedPlane:
     """The patches of all points on the plane z = depth; arguments as for `field`.
 
@@ -247,7 +245,7 @@ def _patches(
     slm: SLM,
     wavelength: float,
     guard: float,
-    path: "Path",
+    path: Path,
 ) -> tuple[NDArray[np.intp], NDArray[np.complex64]]:
     """One axis of every point's patch: half-widths (N,) in pixels and samples (N, 2·max + 1).
 
@@ -313,55 +311,6 @@ def _reaches(
         keep &= cloud.positions[:, axis] + half > pixels[0]
         keep &= cloud.positions[:, axis] - half < pixels[-1]
     return keep
-
-
-def _paths(
-    cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
-) -> tuple["Path", "Path"]:
-    """How far light has to be followed per axis (y, x)."""
-    farthest = float(cloud.positions[:, 2].max())
-    fade = FADE * np.sqrt(wavelength * farthest)
-    paths = []
-    for axis, pixels, f_max in (
-        (1, slm.y(window.rows), passband.fy_max),
-        (0, slm.x(window.columns), passband.fx_max),
-    ):
-        at = cloud.positions[:, axis]
-        needed = float(max(pixels[-1] - at.min(), at.max() - pixels[0]))
-        slope = reach(wavelength, f_max)
-        paths.append(Path(needed, min(farthest * slope, needed + fade), slope))
-    return paths[0], paths[1]
-
-
-@dataclass(frozen=True)
-class Path:
-    """Metres along one axis, from a point to the hologram.
-
-    needed : to the farthest pixel of the window
-    spread : to where the light is followed; it fades out from `needed` on
-    slope : half-width of a footprint per unit of depth
-    """
-
-    needed: float
-    spread: float
-    slope: float
-
-    def weight(self, distance: NDArray[np.float64]) -> NDArray[np.float64]:
-        """1 where needed, cos² down to 0 at the spread."""
-        width = max(self.spread - self.needed, 1e-12)
-        return np.cos(np.pi / 2 * np.clip((np.abs(distance) - self.needed) / width, 0, 1)) ** 2
-
-
-def _grid_length(sources: list[tuple[int, int]], window: tuple[int, int], spread: float) -> int:
-    """Grid on which no source's light wraps around into the window.
-
-    sources, window : index ranges; spread : pixels that light strays on its way. The transfer
-    function drops frequencies that travel half the grid or more; that edge has to stay clear of
-    the light (measured: 1.15 times its spread, or the error is 10 times the floor).
-    """
-    longest = max(max(window[1] - low, high - window[0]) for low, high in sources)
-    need = max(longest + spread + 64, 2.3 * spread)
-    return int(scipy.fft.next_fast_len(-(-int(np.ceil(need)) // _GRID_STEP) * _GRID_STEP))
 
 
 METHOD = CGHMethod(field, new_cache=Kept, settings=tuple({"planes": n} for n in (1, 4, 12)))

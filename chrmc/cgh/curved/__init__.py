@@ -154,10 +154,10 @@ def _reference_waves(
     carrier: float = 0.0,
 ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
     """(cos, sin) of the factor's reference wave along x, and along y with the carrier on it."""
-    its = part.reference
+    reference = part.reference
     return (
-        phasor(reference_cycles(x, its.x, its.z_x, wavelength)),
-        phasor(reference_cycles(y, its.y, its.z_y, wavelength) + carrier * y),
+        phasor(reference_cycles(x, reference.x, reference.z_x, wavelength)),
+        phasor(reference_cycles(y, reference.y, reference.z_y, wavelength) + carrier * y),
     )
 
 

@@ -281,14 +281,14 @@ def _from_leaves(
     lock = Lock()
 
     def carry(part: PointCloud) -> float:
-        its = clusters.reference_of(clusters.bounding_box(part.positions), plane)
-        behind = _axes_behind(axes, part, its, plane, _NODE_SHARE * share)
+        centre = clusters.reference_of(clusters.bounding_box(part.positions), plane)
+        behind = _axes_behind(axes, part, centre, plane, _NODE_SHARE * share)
         if not behind[0].blocks or not behind[1].blocks:
             return 0.0
-        real, imag, missed = sum_points(part, behind, its, plane, share, leaf=True)
-        factor = Factor(*behind, its, *_single(real, imag))
-        turn_x = phasor(reference_cycles(x, its.x, its.z_x, plane.wavelength) - own_x)
-        turn_y = phasor(reference_cycles(y, its.y, its.z_y, plane.wavelength) - own_y)
+        real, imag, missed = sum_points(part, behind, centre, plane, share, leaf=True)
+        factor = Factor(*behind, centre, *_single(real, imag))
+        turn_x = phasor(reference_cycles(x, centre.x, centre.z_x, plane.wavelength) - own_x)
+        turn_y = phasor(reference_cycles(y, centre.y, centre.z_y, plane.wavelength) - own_y)
         with lock:
             add_field(total, factor, turn_x, turn_y, add=True)
         dropped = missed.series.dropped if missed.series is not None else 0.0

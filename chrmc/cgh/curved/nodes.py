@@ -122,8 +122,7 @@ def joined(axes: Sequence[tuple[Axis, int]]) -> Axis:
     blocks: list[Block] = []
     count = 0
     for axis, first in axes:
-        for run in axis.runs:
-            runs.append(run.moved(count))
+        runs += [run.moved(count) for run in axis.runs]
         for block in axis.blocks:
             blocks.append(
                 Block(_moved(block.targets, first), _moved(block.nodes, count), block.matrix)
@@ -238,7 +237,7 @@ def axis_behind(axis: Axis, x: Floats, z: Floats, needs: Needs) -> Axis:
     made = []
     for run in axis.runs:
         if run.line is None:
-            own = _same(axis.nodes[run.nodes], run.line, run.tapered)
+            own = _on_targets(axis.nodes[run.nodes], run.line, run.tapered)
         elif run.tapered:
             own = make_axis(run.line, x, z, needs)
         else:
@@ -247,7 +246,7 @@ def axis_behind(axis: Axis, x: Floats, z: Floats, needs: Needs) -> Axis:
     return joined(made)
 
 
-def _same(places: Floats, line: Line | None, tapered: bool) -> Axis:
+def _on_targets(places: Floats, line: Line | None, tapered: bool) -> Axis:
     """Nodes that are the targets."""
     every = slice(0, len(places))
     run = Run(every, line, tapered, np.ones(len(places)))
@@ -277,7 +276,7 @@ def _smooth_run(line: Line, needs: Needs) -> Axis:
             break
         margin = grid.margin * step * grid.targets / grid.spacings
     if grid is None:
-        return _same(line.places, line, False)
+        return _on_targets(line.places, line, False)
     return _even_run(
         line, grid, lambda targets: band_matrix(grid, targets, nyquist, needs.tolerance), None
     )
@@ -287,7 +286,7 @@ def _chebyshev_run(line: Line, frequency: float, tolerance: float) -> Axis:
     count = line.count
     n = node_count(pi * frequency * count * line.step, tolerance)
     if n >= count:
-        return _same(line.places, line, False)
+        return _on_targets(line.places, line, False)
     unit = chebyshev(n)
     middle = line.first + line.step * (count - 1) / 2
     nodes = middle + line.step * count / 2 * unit
@@ -309,7 +308,7 @@ def _edge_run(line: Line, needs: Needs, edge: tuple[float, float, float]) -> Axi
     tolerance = needs.tolerance * needs.edge_share
     grid = edge_grid(count, nyquist, width, lit, tolerance, needs.block)
     if grid is None:
-        return _same(line.places, line, True)
+        return _on_targets(line.places, line, True)
     return _even_run(
         line, grid, lambda targets: edge_matrix(grid, targets, nyquist, width, tolerance),
         edge[1:],

@@ -160,8 +160,8 @@ def expected_error(
     missed: Remainder,
 ) -> tuple[float, float]:
     """Expected Σ|error|² over the targets, known before the baseband is; of it, the rounding's."""
-    its, wavelength, reach = wave.reference, wave.wavelength, wave.reach
-    strength = (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
+    reference, wavelength, reach = wave.reference, wave.wavelength, wave.reach
+    strength = (cloud.amplitude * reference.modulus(cloud.positions[:, 2])) ** 2
     chosen, share = sample_points(strength, cloud.positions)
     x, y, z = cloud.positions[chosen].T
     lines = _lines(axes[0], x), _lines(axes[1], y)
@@ -171,17 +171,17 @@ def expected_error(
     aslant = few or max(float(np.max(np.abs(line / z))) for line in lines) > 0.05
 
     def along_x(t: Floats) -> NDArray[np.complex128]:
-        cycles = axis_cycles(t, x, its.along_x(z), its.x, its.z_x, wavelength)
+        cycles = axis_cycles(t, x, reference.along_x(z), reference.x, reference.z_x, wavelength)
         out = phasors(2 * pi * (cycles - np.rint(cycles)))
         if aslant:
-            out *= its.residual(t - x[:, None], lines[1][:, None], z[:, None], wavelength)
+            out *= reference.residual(t - x[:, None], lines[1][:, None], z[:, None], wavelength)
         return out
 
     def along_y(t: Floats) -> NDArray[np.complex128]:
-        cycles = axis_cycles(t, y, its.along_y(z), its.y, its.z_y, wavelength)
+        cycles = axis_cycles(t, y, reference.along_y(z), reference.y, reference.z_y, wavelength)
         out = phasors(2 * pi * (cycles - np.rint(cycles)))
         if aslant:
-            out *= its.residual(lines[0][:, None], t - y[:, None], z[:, None], wavelength)
+            out *= reference.residual(lines[0][:, None], t - y[:, None], z[:, None], wavelength)
         return out
 
     def edge_of(places: Floats, reach: float) -> Callable[[Floats], Floats]:
@@ -193,7 +193,7 @@ def expected_error(
     dropped = np.full(len(chosen), missed.relative**2)
     if missed.series is not None:
         places = by_curvature(cloud.positions[chosen])
-        dropped += missed.series.missed(places, its.kernel(wavelength), reach)
+        dropped += missed.series.missed(places, reference.kernel(wavelength), reach)
     rounding = ROUNDING**2 * light_x * light_y
     error = miss_x * light_y + light_x * miss_y + dropped * light_x * light_y + rounding
     return float(share @ error), float(share @ rounding)

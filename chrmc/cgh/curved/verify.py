@@ -163,15 +163,19 @@ def _read(
     wavelength: float,
 ) -> Complexes:
     """(R, C) A_y·M·A_x at some rows and columns."""
-    its = factor.reference
+    reference = factor.reference
     # Real and imaginary parts side by side: real products.
     nodes = np.concatenate([factor.real.T, factor.imag.T], axis=1, dtype=np.float64)
     real, imag = np.split(_interpolated(factor.axis_x, columns, nodes), 2, axis=1)
     nodes = np.concatenate([real.T, imag.T], axis=1)
     real, imag = np.split(_interpolated(factor.axis_y, rows, nodes), 2, axis=1)
     both = real + 1j * imag
-    cos_x, sin_x = phasor(reference_cycles(lines[0].places[columns], its.x, its.z_x, wavelength))
-    cos_y, sin_y = phasor(reference_cycles(lines[1].places[rows], its.y, its.z_y, wavelength))
+    cos_x, sin_x = phasor(
+        reference_cycles(lines[0].places[columns], reference.x, reference.z_x, wavelength)
+    )
+    cos_y, sin_y = phasor(
+        reference_cycles(lines[1].places[rows], reference.y, reference.z_y, wavelength)
+    )
     return both * (cos_x + 1j * sin_x) * (cos_y + 1j * sin_y)[:, None]
 
 
