@@ -39,6 +39,8 @@ def numbers(
 
 MANY_TURNS = 1e6
 """Radians beyond which phases are taken modulo a turn."""
+BRIGHTEST = 1e30
+"""Of amplitudes: what they make on the hologram, and its square, must stay a number."""
 FARTHEST = 1e12
 """Metres that a position may hold, be it a renderer's background; far beyond what can be shown."""
 
@@ -78,6 +80,12 @@ class PointCloud:
             if len(values) != len(positions):
                 raise ValueError(f"{len(positions)} positions but {len(values)} values of {name}")
             object.__setattr__(self, name, values)
+        brightest = float(np.abs(self.amplitude).max(initial=0))
+        if brightest > BRIGHTEST:
+            raise ValueError(
+                f"amplitudes reach {brightest:.3g}; single precision holds them up to "
+                f"{BRIGHTEST:g}: scale the amplitudes"
+            )
         if len(self.phase) and np.abs(self.phase).max() > MANY_TURNS:
             # Else the sum with k·r would lose what is left of a turn.
             turned = np.arctan2(np.sin(self.phase), np.cos(self.phase))

@@ -1,0 +1,47 @@
+"""Grey levels at the ends of what numbers can be: refused in one line, never wrong in silence."""
+
+import numpy as np
+import pytest
+
+from chrmc.grey_levels import encode, encode_signal
+from chrmc.slm import SLM
+
+PANEL = SLM("s", 16, 12, 40e-6)
+
+
+@pytest.mark.parametrize("peak", [1e-300, 1e-20, 1e30, 1e38, 1e300])
+@pytest.mark.parametrize("encoding", ["ssb", "real", "offaxis", "burch"])
+def test_fields_beyond_single_precision_are_refused(peak: float, encoding: str) -> None:
+    field = np.zeros(PANEL.shape, dtype=np.complex128)
+    field[3, 4] = peak
+    with pytest.raises(ValueError, match="single precision"):
+        encode(field, PANEL, encoding)
+
+
+def test_what_a_field_is_multiplied_by_changes_no_grey() -> None:
+    rng = np.random.default_rng(2)
+    field = rng.normal(size=PANEL.shape) + 1j * rng.normal(size=PANEL.shape)
+    plain = encode(field, PANEL)
+    for factor in (2.0**-40, 2.0**40):
+        assert np.array_equal(encode(factor * field, PANEL), plain)
+
+
+def test_a_dark_field_is_mid_grey_and_a_dark_scale_takes_no_light_at_all() -> None:
+    assert np.all(encode(np.zeros(PANEL.shape, complex), PANEL) == 128)
+    signal = np.zeros(PANEL.shape, dtype=np.float32)
+    assert np.all(encode_signal(signal, 0.0) == 128)
+    signal[5, 5] = 1e-3
+    with pytest.raises(ValueError, match="scale is 0"):
+        encode_signal(signal, 0.0)
+
+
+@pytest.mark.parametrize("scale", [-1.0, 1e-40, 1e40, np.inf, np.nan])
+def test_a_scale_that_can_be_none_is_refused(scale: float) -> None:
+    with pytest.raises(ValueError, match="scale"):
+        encode_signal(np.ones(PANEL.shape, dtype=np.float32), scale)
+
+
+@pytest.mark.parametrize("kind", [object, "U1", bool])
+def test_an_array_of_no_numbers_is_no_field(kind: object) -> None:
+    with pytest.raises(ValueError, match="array of numbers"):
+        encode(np.full(PANEL.shape, 1, dtype=kind), PANEL)  # type: ignore[call-overload]
