@@ -155,14 +155,22 @@ def light_of(cells: Cells, expected: LightMap, depth_error: float) -> float:
 def lateral_shift(
     found: NDArray[np.float64], expected: NDArray[np.float64], cell: float
 ) -> tuple[float, float]:
-    """(x, y) metres by which the correlation is largest elsewhere: tried a cell to each side, the
-    parabola between; beyond half a cell it only says that it is far."""
-    shifts = []
-    for axis in (1, 0):
-        a, b, c = (correlation(found, np.roll(expected, n, axis=axis)) for n in (-1, 0, 1))
-        bend = a - 2 * b + c
-        shifts.append(float(np.clip(0.5 * (a - c) / bend if bend < 0 else np.sign(c - a), -1, 1)))
-    return shifts[0] * cell, shifts[1] * cell
+    """(x, y) metres by which the correlation is largest elsewhere, up to two cells to each side.
+
+    The expected light is moved by parts of a cell, its cells mixed with their neighbours as light
+    spread evenly in them would be.
+    """
+    from scipy.ndimage import shift
+
+    tried = np.linspace(-2, 2, 161)
+    moved = [0.0, 0.0]
+    for axis in (0, 1, 0, 1):
+        there = []
+        for way in tried:
+            moved[axis] = way
+            there.append(correlation(found, shift(expected, moved, order=1)))
+        moved[axis] = float(tried[int(np.argmax(there))])
+    return moved[1] * cell, moved[0] * cell
 
 
 def _at(

@@ -367,6 +367,12 @@ def judge_frame(
             )
             for t in targets
         ],
-        # Without a sideband the twin image has half of the light.
-        OWN_LIGHT if system.coding.carrier else OWN_LIGHT / 2,
+        least_light(system),
     )
+
+
+def least_light(system: FourF) -> float:
+    """Share of the light that must be the objects': without a sideband the twin image has half of
+    it, and two levels for grey bring noise of twice the picture's light themselves."""
+    twin = 1.0 if system.coding.carrier else 0.5
+    return OWN_LIGHT * twin * (0.4 if system.coding.bits == 1 else 1.0)

@@ -11,9 +11,10 @@ from chrmc.light_map import LightMap
 from chrmc.optics.propagation import Patch
 from display import encode
 from reconstruct import FourF
-from reconstruct.likeness import correlation, lateral_shift
-from reconstruct.stack import focal_stack
-from reconstruct.verdict import Target, judge_frame
+from reconstruct.focus import cells_of
+from reconstruct.likeness import correlation, dimmed, lateral_shift
+from reconstruct.stack import FocalStack, focal_stack
+from reconstruct.verdict import Target, judge_frame, target_stack
 
 P, LAMBDA = 8.1e-6, 532e-9
 SLM_ = SLM("small", 480, 400, P)
@@ -92,6 +93,63 @@ def test_a_hundred_random_points_and_drowning_noise_fail():
     assert not verdict(cloud_of(places + CENTRE - places.mean(axis=0))).passed
     noisy = verdict(SCENE, noise=3.0)
     assert not noisy.passed and "noise" in noisy.faults[0]
+
+
+@pytest.mark.parametrize("by", [(16e-6, 0, 0), (0, -20e-6, 0), (0, 0, 0.3e-3), (0, 0, -0.2e-3)])
+def test_errors_have_the_sign_of_found_less_expected(by):
+    found = verdict(cloud_of(PLACES + np.array(by), 4)).objects[0]
+    assert found.lateral_error == pytest.approx(by[:2], abs=5e-6)
+    assert found.depth_error == pytest.approx(by[2], abs=5e-5)
+
+
+def test_cells_lie_on_whole_samples_from_the_edge_of_the_map():
+    """A point in the middle of each corner cell lights that cell of the map, and of the picture."""
+    low, high = np.array([-0.5e-3, -0.3e-3]), np.array([0.5e-3, 0.3e-3])
+    light = LightMap.of_cloud(
+        cloud_of(np.array([[*low, 0.07], [*high, 0.07]])), SLM_, LAMBDA, SYSTEM.band
+    )
+    stack, _, parts = target_stack(
+        np.zeros(SLM_.shape, dtype=np.complex64),
+        SYSTEM,
+        Target("two", np.array([0, 0, 0.07]), np.append(low, 0.07), np.append(high, 0.07), light),
+        40e-6,
+    )
+    rows, columns = light.light.shape
+    assert stack.patch.shape == (rows * parts, columns * parts)
+    y, x = stack.patch.coordinates()
+    edge_y, edge_x = (
+        c - n * light.cell / 2 for c, n in zip(light.centre, (rows, columns), strict=True)
+    )
+    assert y[0] - edge_y == pytest.approx(stack.patch.pitch / 2)
+    assert x[0] - edge_x == pytest.approx(stack.patch.pitch / 2)
+    assert light.light[2, 2] > 0.1 and light.light[-3, -3] > 0.1
+    assert int((low[0] - edge_x) / light.cell) == 2 and int((low[1] - edge_y) / light.cell) == 2
+
+
+def test_brightness_leaves_sharpness_alone_and_evens_light():
+    rng = np.random.default_rng(0)
+    plain = rng.random((7, 12, 12)).astype(np.float32) + 0.1
+    dim = np.stack([np.full((12, 12), 0.9), np.full((12, 12), 0.3)])
+    way = np.linspace(0, 1, 7)[:, None, None]
+    shown = plain * (0.9 + way * (0.3 - 0.9)).astype(np.float32)
+    depths, patch = np.linspace(0.1, 0.2, 7), Patch((0, 0), (12, 12), P)
+    a = cells_of(FocalStack(depths, plain, patch), 4)
+    b = cells_of(FocalStack(depths, shown, patch), 4, dim)
+    assert np.allclose(a.light, b.light, rtol=1e-5)
+    assert np.allclose(a.square, b.square, rtol=1e-5)
+    assert np.allclose(a.sharpness, b.sharpness, rtol=1e-5)
+
+
+def test_light_that_the_panel_does_not_show_is_not_expected():
+    dim = np.ones((TARGET.light.light.shape[0] * 3, TARGET.light.light.shape[1] * 3))
+    dim[: len(dim) // 2] = 0.1
+    seen = dimmed(TARGET.light, dim).light
+    assert seen.sum() == pytest.approx(1)
+    top, bottom = (
+        seen[part].sum() / TARGET.light.light[part].sum()
+        for part in (slice(0, len(seen) // 2), slice(len(seen) // 2 + 1, None))
+    )
+    assert top == pytest.approx(0.1 * bottom)
 
 
 def test_a_deep_object_and_an_object_far_away_pass():
