@@ -254,7 +254,8 @@ def judge_object(
     field_ : (H, W) from `system.field(frame)`
     pixel_pitch : of the scene, metres
     depth_tolerance : metres, default 0.5 mm, or half the depth of focus where that is more
-    lateral_tolerance : metres, default a scene pixel, or a resolution where that is more
+    lateral_tolerance : metres, default a scene pixel, or a resolution or an eighth of a
+        cell of the map where that is more
     truth : (H, W) field of the scene itself, for PSNR and SSIM
     with_metrics : also find where published focus metrics peak
     """
@@ -266,8 +267,9 @@ def judge_object(
     fine = float(np.mean(resolution(system.slm, system.wavelength, z, system.band)))
     coarse = search_scale(target, system)[0]
     focus = find_focus(stack, tile, lit_by, max(1.0, fine / stack.patch.pitch))
-    shape, share = None, None
+    shape, share, cell = None, None, 0.0
     if target.light is not None:
+        cell = target.light.cell
         # What the panel does not show of a cell is no fault of the picture: less is expected there.
         seen = dimmed(target.light, brightness_at(stack, lit_by, stack.index(z)))
         cells = cells_of(stack, parts)
@@ -290,7 +292,7 @@ def judge_object(
         depth_tolerance=max(DEPTH_TOLERANCE, coarse / 2)
         if depth_tolerance is None
         else depth_tolerance,
-        lateral_tolerance=max(pixel_pitch, fine)
+        lateral_tolerance=max(pixel_pitch, fine, cell / 8)
         if lateral_tolerance is None
         else lateral_tolerance,
         shape=shape,
