@@ -98,7 +98,7 @@ def test_a_hundred_random_points_and_drowning_noise_fail():
 @pytest.mark.parametrize("by", [(16e-6, 0, 0), (0, -20e-6, 0), (0, 0, 0.3e-3), (0, 0, -0.2e-3)])
 def test_errors_have_the_sign_of_found_less_expected(by):
     found = verdict(cloud_of(PLACES + np.array(by), 4)).objects[0]
-    assert found.lateral_error == pytest.approx(by[:2], abs=6e-6)
+    assert found.lateral_error == pytest.approx(by[:2], abs=8e-6)
     assert found.depth_error == pytest.approx(by[2], abs=5e-5)
 
 
