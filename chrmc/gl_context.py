@@ -1,10 +1,28 @@
-"""An OpenGL context without a window: made in one way for everything that draws off screen."""
+"""OpenGL contexts, made in one way for everything that draws: on a window or off screen."""
 
 import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import moderngl
+
+
+def window_hints(glfw: Any) -> None:
+    """Ask GLFW for windows with an OpenGL 3.3 context."""
+    for hint, value in (
+        (glfw.CONTEXT_VERSION_MAJOR, 3),
+        (glfw.CONTEXT_VERSION_MINOR, 3),
+        (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
+        (glfw.OPENGL_FORWARD_COMPAT, True),
+    ):
+        glfw.window_hint(hint, value)
+
+
+def window_context() -> "moderngl.Context":
+    """The OpenGL 3.3 context of the window that is current in this thread."""
+    import moderngl
+
+    return moderngl.create_context(require=330)
 
 
 def headless_context() -> "moderngl.Context":

@@ -8,10 +8,10 @@ import sys
 import time
 from typing import Any
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.gl_context import window_context, window_hints
 from chrmc.slm import SLM
 from display.monitors import Monitor, choose, glfw_ready, last_error, list_monitors, same
 from display.placement import box_of, in_place, open_on
@@ -80,11 +80,8 @@ class Window:
     def _open(self, slm: SLM, windowed: bool, title: str) -> Any:
         glfw, screen = self._glfw, self.monitor
         glfw.default_window_hints()
+        window_hints(glfw)
         for hint, value in (
-            (glfw.CONTEXT_VERSION_MAJOR, 3),
-            (glfw.CONTEXT_VERSION_MINOR, 3),
-            (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
-            (glfw.OPENGL_FORWARD_COMPAT, True),
             (glfw.CONTEXT_ROBUSTNESS, glfw.LOSE_CONTEXT_ON_RESET),
             (glfw.RED_BITS, 8),
             (glfw.GREEN_BITS, 8),
@@ -125,7 +122,7 @@ class Window:
         glfw, window = self._glfw, self._window
         glfw.make_context_current(window)
         glfw.swap_interval(1 if self.vsync else 0)
-        self.context = moderngl.create_context(require=330)
+        self.context = window_context()
         self.size = tuple(glfw.get_framebuffer_size(window))
         if not windowed:
             glfw.set_input_mode(window, glfw.CURSOR, glfw.CURSOR_HIDDEN)

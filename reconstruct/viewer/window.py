@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import glfw
-import moderngl
 import numpy as np
 from imgui_bundle import imgui
 
+from chrmc.gl_context import window_context, window_hints
 from chrmc.store import Video
 from reconstruct.images import write_colour
 from reconstruct.viewer import theme
@@ -82,7 +82,7 @@ class ViewerWindow:
         except OSError:
             self.session.model.close()
             raise
-        self.context = moderngl.create_context()
+        self.context = window_context()
         imgui.create_context()
         imgui.get_io().set_ini_filename("")
         self.layout = Layout(self.context, theme.apply(self._content_scale()))
@@ -95,15 +95,9 @@ class ViewerWindow:
         if not glfw.init() or glfw.get_platform() == glfw.PLATFORM_NULL:
             raise OSError("no display for the viewer: start it in a graphical session")
         glfw.default_window_hints()
-        for hint, value in (
-            (glfw.CONTEXT_VERSION_MAJOR, 3),
-            (glfw.CONTEXT_VERSION_MINOR, 3),
-            (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
-            (glfw.OPENGL_FORWARD_COMPAT, True),
-            (glfw.VISIBLE, visible),
-            (glfw.SCALE_TO_MONITOR, True),
-        ):
-            glfw.window_hint(hint, value)
+        window_hints(glfw)
+        glfw.window_hint(glfw.VISIBLE, visible)
+        glfw.window_hint(glfw.SCALE_TO_MONITOR, True)
         width, height = SIZE
         monitor = glfw.get_primary_monitor()
         if monitor:
