@@ -39,13 +39,14 @@ uniform ivec4 square;     // x0, y0, x1, y1 of the trigger in frame pixels, y do
 uniform float square_level;
 out vec4 colour;
 
-float average(vec2 low, vec2 high) {  // over an area of the frame, edges of pixels by their share
+vec3 average(vec2 low, vec2 high) {  // over an area of the frame, edges of pixels by their share
     ivec2 first = ivec2(floor(low)), last = min(ivec2(ceil(high)), textureSize(frame, 0));
-    float sum = 0.0, weight = 0.0;
+    vec3 sum = vec3(0.0);
+    float weight = 0.0;
     for (int y = first.y; y < last.y; y++)
         for (int x = first.x; x < last.x; x++) {
             vec2 part = min(vec2(x, y) + 1.0, high) - max(vec2(x, y), low);
-            sum += part.x * part.y * texelFetch(frame, ivec2(x, y), 0).r;
+            sum += part.x * part.y * texelFetch(frame, ivec2(x, y), 0).rgb;
             weight += part.x * part.y;
         }
     return sum / weight;
@@ -56,15 +57,15 @@ void main() {
     ivec2 to = ivec2(gl_FragCoord.xy) - corner;
     to.y = viewport.y - 1 - to.y;         // rows run down, OpenGL's run up
     ivec2 at = (to * size) / viewport;    // integers: the identity at 1:1
-    float level;
+    vec3 level;
     if (viewport.x < size.x || viewport.y < size.y) {
         // Smaller than the frame: single samples of fringes would show fringes that are not there.
         vec2 ratio = vec2(size) / vec2(viewport);
         level = average(vec2(to) * ratio, vec2(to + 1) * ratio);
     } else
-        level = texelFetch(frame, at, 0).r;
+        level = texelFetch(frame, at, 0).rgb;
     if (at.x >= square.x && at.y >= square.y && at.x < square.z && at.y < square.w)
-        level = square_level;
+        level = vec3(square_level);
     colour = vec4(level * channels, 1.0);
 }
 """
@@ -127,17 +128,30 @@ class Painter:
         context.disable_direct(_DITHER)
         self._program = context.program(vertex_shader=_VERTEX, fragment_shader=_FRAGMENT)
         self._triangle = context.vertex_array(self._program, [])
-        self._texture = context.texture((shape[1], shape[0]), 1, dtype="f1", alignment=1)
-        self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._textures: dict[int, moderngl.Texture] = {}
+        self._texture = self._texture_of(1)
         self._program["channels"] = CHANNELS[channel]
         self._program["square"] = trigger.box(shape) if trigger else (0, 0, 0, 0)
 
+    def _texture_of(self, components: int) -> moderngl.Texture:
+        """Room on the GPU for grey or colour frames, made when first needed."""
+        if components not in self._textures:
+            rows, columns = self.shape
+            made = self.context.texture((columns, rows), components, dtype="f1", alignment=1)
+            made.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            if components == 1:
+                made.swizzle = "RRR1"
+            self._textures[components] = made
+        return self._textures[components]
+
     def upload(self, levels: NDArray[np.uint8]) -> None:
-        """Make a frame, (rows, columns) uint8, the one that `draw` draws."""
-        if levels.shape != self.shape or levels.dtype != np.uint8:
+        """Make a frame, (rows, columns) or (rows, columns, 3) uint8, the one that `draw` draws."""
+        whole = levels.shape in (self.shape, (*self.shape, 3))
+        if not whole or levels.dtype != np.uint8:
             raise ValueError(
                 f"frame is {levels.dtype} {levels.shape}; this panel takes uint8 {self.shape}"
             )
+        self._texture = self._texture_of(1 if levels.ndim == 2 else 3)
         self._texture.write(np.ascontiguousarray(levels))
 
     def draw(self, size: tuple[int, int], square_on: bool = False) -> None:
@@ -159,12 +173,12 @@ class Painter:
 
     def expected(self, levels: NDArray[np.uint8], square_on: bool = False) -> NDArray[np.uint8]:
         """(rows, columns, 3) bytes that a 1:1 framebuffer must hold after `draw`."""
-        picture = levels.copy()
+        picture = levels.copy() if levels.ndim == 3 else levels[:, :, None].repeat(3, axis=2)
         if self.trigger:
             x0, y0, x1, y1 = self.trigger.box(self.shape)
             picture[y0:y1, x0:x1] = 255 if square_on else 0
         mask = np.array(CHANNELS[self.channel], dtype=np.uint8)
-        return picture[:, :, None] * mask
+        return picture * mask
 
     def check(self) -> None:
         """OSError when OpenGL reports any error, a lost context among them."""
@@ -174,7 +188,8 @@ class Painter:
 
     def release(self) -> None:
         """Free what this holds on the GPU."""
-        for thing in (self._triangle, self._texture, self._program):
+        held: list[Any] = [self._triangle, *self._textures.values(), self._program]
+        for thing in held:
             thing.release()
 
 

@@ -20,7 +20,7 @@ class Picture:
     number : scene frame, from 1
     file : name for the log
     sha256 : of that file; of the grey levels where there is no file
-    levels : (H, W) uint8
+    levels : (H, W) uint8, or (H, W, 3) for the three channels
     """
 
     number: int
@@ -81,7 +81,7 @@ class Playlist:
 
 def check_size(levels: NDArray[np.uint8], slm: SLM, what: str) -> None:
     """ValueError unless the picture has the SLM's pixels."""
-    if levels.shape != slm.shape:
+    if levels.shape[:2] != slm.shape:
         raise ValueError(
             f"{what} is {levels.shape[1]} × {levels.shape[0]} pixels, but {slm.name} shows "
             f"{slm.width} × {slm.height}: make it at that size, pixels are never resampled"

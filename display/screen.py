@@ -18,7 +18,7 @@ from chrmc.grey_levels import encode, scale_for
 from chrmc.response import GreyResponse
 from chrmc.slm import LC_R_1080, SLM
 from display.log import Flip, FlipLog
-from display.playlist import Picture, check_size, open_playlist
+from display.playlist import Picture, Playlist, check_size, open_playlist
 from display.prefetch import Fault, Ring
 from display.timing import Pace, Summary, pace_for
 
@@ -123,7 +123,8 @@ class Screen:
         return f"<Screen {self.name!r}, {self.slm.width} × {self.slm.height}, {state}>"
 
     def levels(self, frame: Any) -> NDArray[np.uint8]:
-        """The (H, W) uint8 grey levels that a frame shows: itself, or a complex field encoded."""
+        """The uint8 levels that a frame shows: itself, or a complex field encoded; (H, W), or
+        (H, W, 3) where the channels differ."""
         frame = np.asarray(frame)
         if np.iscomplexobj(frame):
             if self.scale is None:
@@ -134,15 +135,18 @@ class Screen:
                 f"a frame is uint8 grey levels or a complex field, not {frame.dtype}: "
                 "round it to 0…255 and cast it, or pass the field"
             )
-        if frame.ndim != 2:
-            raise ValueError(f"a frame has (rows, columns), not the shape {frame.shape}")
+        if frame.ndim != 2 and frame.shape[2:] != (3,):
+            raise ValueError(
+                f"a frame has (rows, columns), or (rows, columns, 3), not the shape {frame.shape}"
+            )
         check_size(frame, self.slm, "the frame")
         return frame
 
     def show(self, frame: Any, name: str = "") -> Flip:
         """Show one frame; returns when it is on.
 
-        frame : (H, W) uint8 grey levels, or a complex field on the panel's pixels
+        frame : (H, W) uint8 grey levels, (H, W, 3) for the three channels, or a complex field on
+        the panel's pixels
         name : for the log
 
         `late` and `missed` of the answer count from this call: a frame uploaded and drawn within
@@ -172,6 +176,7 @@ class Screen:
         on_bad_frame: str = "skip",
         ahead: int = 8,
         paced: bool = True,
+        planes: int = 0,
     ) -> Iterator[Flip]:
         """Play frames; yields every flip once it is done.
 
@@ -181,6 +186,9 @@ class Screen:
             `display.player.Options`
         ahead : frames of a stored video read ahead. Those of an iterable are asked for one by one,
             each when its time has come, so they may depend on what was measured before
+
+        planes : so many binary frames go into one colour frame (`display.planes`), which is what
+        fps and durations then count; 0 shows each by itself
 
         Keys steer as in `chrmc play`. What the caller does between two flips delays the second.
         """
@@ -193,7 +201,7 @@ class Screen:
             fps, every, self.slm.refresh, paced, loop, hold, seconds,
             on_bad_frame=on_bad_frame, durations=durations, start_on=start_on, countdown=countdown,
         )  # fmt: skip
-        reel, numbers = self._reel(frames, loop, ahead)
+        reel, numbers = self._reel(frames, loop, ahead, planes)
         self._player = player = Player(
             self.surface, reel, numbers, self.slm.shape, options, self._log, self.tell,
             self._flipper,
@@ -273,18 +281,39 @@ class Screen:
             digest = hashlib.sha256(np.ascontiguousarray(levels).data).hexdigest()
         return Picture(number, name or f"frame {number}", digest, levels)
 
-    def _reel(self, frames: Any, loop: bool, ahead: int) -> tuple[Any, list[int]]:
+    def _reel(self, frames: Any, loop: bool, ahead: int, planes: int) -> tuple[Any, list[int]]:
         if hasattr(frames, "seek"):
             return frames, list(getattr(frames, "numbers", [1]))
         folder = getattr(frames, "folder", frames)
         if isinstance(folder, str | Path):
             playlist = open_playlist(folder, self.slm)
-            ring = Ring(playlist.read, len(playlist), loop, ahead)
-            return ring, [entry.number for entry in playlist.entries]
-        if isinstance(frames, np.ndarray) and frames.ndim != 3:
+            ring = ring_of(playlist, loop, ahead, planes)
+            return ring, ring.numbers
+        if isinstance(frames, np.ndarray) and frames.ndim not in (3, 4):
             raise ValueError(f"an array of frames has (frames, rows, columns), not {frames.shape}")
+        if planes:
+            from display.planes import packed_frames
+
+            frames = packed_frames((self.levels(frame) for frame in frames), planes)
         pulled = _Pulled(frames, self._picture, loop)
         return pulled, list(range(1, pulled.count + 1))
+
+
+def ring_of(playlist: Playlist, loop: bool, ahead: int, planes: int = 0) -> Ring:
+    """A ring over a stored video, `planes` binary frames to a picture."""
+    numbers = [entry.number for entry in playlist.entries]
+    read: Callable[[int], Picture] = playlist.read
+    count = len(playlist)
+    if planes:
+        from display.planes import PLANES, packed_reader
+
+        if not 1 <= planes <= PLANES:
+            raise ValueError(f"a colour frame holds 1 to {PLANES} bit planes, not {planes}")
+        read, numbers = packed_reader(read, count, planes), numbers[::planes]
+        count = len(numbers)
+    ring = Ring(read, count, loop, ahead)
+    ring.numbers = numbers
+    return ring
 
 
 class _Pulled:

@@ -94,6 +94,12 @@ surface_options = stacked(
     help="A missing or corrupt frame is named, then skipped or the end.",
 )
 @click.option("--ahead", type=int, default=8, show_default=True, help="Frames read ahead.")
+@click.option(
+    "--bit-planes",
+    type=click.IntRange(1, 24),
+    default=None,
+    help="So many binary frames in one colour frame, for micromirror controllers.",
+)
 def command(
     target: Path,
     loop: bool,
@@ -101,6 +107,7 @@ def command(
     slm: SLM | None,
     on_bad_frame: str,
     ahead: int,
+    bit_planes: int | None,
     **shown: Any,
 ) -> int:
     """Show a generated video (its folder) or a single picture, pixel for pixel.
@@ -113,15 +120,13 @@ def command(
     moved or covered while playing.
     """
     from display.playlist import open_playlist
-    from display.prefetch import Ring
+    from display.screen import ring_of
 
     playlist = open_playlist(target, slm, frames)
     if ahead < 1:
         raise ValueError(f"--ahead must be at least 1 frame, not {ahead}")
     hold = not target.is_dir() and not shown["headless"]
-    numbers = [entry.number for entry in playlist.entries]
-    with Ring(playlist.read, len(playlist), loop, ahead) as ring:
-        ring.numbers = numbers
+    with ring_of(playlist, loop, ahead, bit_planes or 0) as ring:
         return show(
             ring, playlist.slm, playlist.name,
             loop=loop, hold=hold, on_bad_frame=on_bad_frame, **shown,

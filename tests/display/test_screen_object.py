@@ -16,9 +16,11 @@ import pytest
 
 import display
 from chrmc.encoding import SIGMAS
+from chrmc.files import sha256
 from chrmc.grey_levels import encode, signal_of
-from chrmc.pictures import read_grey
+from chrmc.pictures import read_grey, write_grey
 from chrmc.slm import LC_R_1080
+from display.planes import pack_planes
 from display.start import parse_time
 
 
@@ -77,7 +79,7 @@ def test_a_scale_given_is_kept(small):
     [
         (np.zeros((4, 5), np.uint8), "5 × 4 pixels, but .* 640 × 480"),
         (np.zeros((480, 640)), "uint8 grey levels or a complex field, not float64"),
-        (np.zeros((480, 640, 3), np.uint8), r"not the shape \(480, 640, 3\)"),
+        (np.zeros((480, 640, 4), np.uint8), r"not the shape \(480, 640, 4\)"),
         (np.zeros((480, 641), np.complex64), r"\(480, 641\)"),
     ],
 )
@@ -238,6 +240,62 @@ def test_starting_at_a_time_and_after_a_countdown(screen, small):
         list(other.play([noise(small)], countdown=1.2, paced=False))
         assert time.monotonic() - start >= 1.2
     assert told[-2:] == ["2", "1"]
+
+
+def test_colour_frames_reach_the_three_channels(screen, small):
+    frame = np.random.default_rng(0).integers(0, 256, (*small.shape, 3), dtype=np.uint8)
+    screen.show(frame)
+    assert np.array_equal(screen.read(), frame)
+    screen.show(noise(small))  # and grey ones all of them again
+    assert np.array_equal(shown(screen), noise(small))
+
+
+def test_bit_planes_hold_binary_frames(small, tmp_path):
+    """Unpacked by arithmetic: plane k is bit k % 8 of the colour k // 8 in the order given."""
+    frames = [(noise(small, n) >= 128).astype(np.uint8) * np.uint8(255) for n in range(30)]
+    for order in ("grb", "rgb"):
+        packed = pack_planes(frames[:24], order)
+        for plane in range(24):
+            bits = packed[..., "rgb".index(order[plane // 8])] // 2 ** (plane % 8) % 2
+            assert np.array_equal(bits * 255, frames[plane])
+    with display.Screen(headless=True, slm=small, verify="frames") as screen:
+        flips = list(screen.play(frames, planes=24, paced=False))
+        assert len(flips) == 2 and screen.summary().mismatches == 0
+        rest = screen.read()
+        assert np.array_equal(rest[..., 1] % 2 * 255, frames[24])
+        assert not rest[..., 0].any() and not (rest[..., 1] >> 6).any()  # six frames were left
+    for wrong in ([noise(small)], frames[:25], []):
+        with pytest.raises(ValueError):
+            pack_planes(wrong)
+
+
+def test_bit_planes_of_a_stored_video(small, tmp_path, video_maker, chrmc_command):
+    import chrmc
+
+    folder = video_maker(tmp_path / "video", small, 7)
+    grey = subprocess.run(
+        [*chrmc_command, "play", str(folder), "--headless", "--bit-planes", "3",
+         "--on-bad-frame", "stop"],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert grey.returncode == 2 and "0 or 255 everywhere" in grey.stderr
+    for path in folder.glob("*.tif"):
+        write_grey(path, (read_grey(path) >= 128).astype(np.uint8) * np.uint8(255))
+    manifest = json.loads((folder / "manifest.json").read_text())
+    for entry in manifest["frames"]:
+        entry["sha256"] = sha256(folder / entry["file"])
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    log = tmp_path / "log.csv"
+    done = subprocess.run(
+        [*chrmc_command, "play", str(folder), "--headless", "--bit-planes", "3", "--verify",
+         "--log", str(log)],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert [row["frame"] for row in csv.DictReader(log.open())] == ["1", "4", "7"]
+    with display.Screen(headless=True, slm=small) as screen:
+        flips = screen.play(chrmc.open_video(folder), planes=3, paced=False)
+        assert [flip.frame for flip in flips] == [1, 4, 7]
 
 
 def test_no_key_starts_a_headless_screen(screen, small):
