@@ -39,13 +39,18 @@ uniform ivec4 square;     // x0, y0, x1, y1 of the trigger in frame pixels, y do
 uniform float square_level;
 out vec4 colour;
 
-vec3 average(vec2 low, vec2 high) {  // over an area of the frame, edges of pixels by their share
-    ivec2 first = ivec2(floor(low)), last = min(ivec2(ceil(high)), textureSize(frame, 0));
+vec3 average(vec2 middle, vec2 ratio) {
+    // Raised cosine, three of the preview's pixels wide: what is finer than 1.5 of them is taken
+    // down to 3 per cent, where a plain mean over one pixel leaves 20.
+    vec2 reach = 1.5 * ratio;
+    ivec2 first = ivec2(max(ceil(middle - reach - 0.5), 0.0));
+    ivec2 last = min(ivec2(floor(middle + reach - 0.5)), textureSize(frame, 0) - 1);
     vec3 sum = vec3(0.0);
     float weight = 0.0;
-    for (int y = first.y; y < last.y; y++)
-        for (int x = first.x; x < last.x; x++) {
-            vec2 part = min(vec2(x, y) + 1.0, high) - max(vec2(x, y), low);
+    for (int y = first.y; y <= last.y; y++)
+        for (int x = first.x; x <= last.x; x++) {
+            vec2 away = (vec2(x, y) + 0.5 - middle) / reach;
+            vec2 part = 1.0 + cos(3.14159265 * away);
             sum += part.x * part.y * texelFetch(frame, ivec2(x, y), 0).rgb;
             weight += part.x * part.y;
         }
@@ -61,7 +66,7 @@ void main() {
     if (viewport.x < size.x || viewport.y < size.y) {
         // Smaller than the frame: single samples of fringes would show fringes that are not there.
         vec2 ratio = vec2(size) / vec2(viewport);
-        level = average(vec2(to) * ratio, vec2(to + 1) * ratio);
+        level = average((vec2(to) + 0.5) * ratio, ratio);
     } else
         level = texelFetch(frame, at, 0).rgb;
     if (at.x >= square.x && at.y >= square.y && at.x < square.z && at.y < square.w)
@@ -158,7 +163,7 @@ class Painter:
         """Draw onto the bound framebuffer of `size` (width, height).
 
         Pixel for pixel where the sizes agree. Else as large as fits at the frame's own aspect, on
-        black: enlarged by repeating pixels, made smaller by averaging areas.
+        black: enlarged by repeating pixels, made smaller by averaging neighbourhoods.
         """
         part = fitted(size, self.shape)
         corner = (size[0] - part[0]) // 2, (size[1] - part[1]) // 2
