@@ -1,6 +1,7 @@
 """Meshes: glTF, OBJ, PLY and STL, read by trimesh, with colours, textures and materials."""
 
 import logging
+import re
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,8 @@ def read_mesh(path: Path) -> Model:
     """
     absent: list[str] = []
     scene = _load(path, absent)
+    if path.suffix.lower() == ".ply":
+        _check_whole(path, scene)
     motion = read_motion(path) if path.suffix.lower() in (".glb", ".gltf") else Motion()
     if motion.compressed:
         raise ValueError(f"{path} is compressed by Draco: export it without compression")
@@ -120,6 +123,20 @@ def _load(path: Path, absent: list[str]) -> Any:
         raise OSError(
             f"{path} cannot be read as a mesh ({only_line(error)}): write it again, or convert it"
         ) from None
+
+
+def _check_whole(path: Path, scene: Any) -> None:
+    """OSError for a .ply that holds less than its header says: trimesh takes what is there."""
+    with path.open("rb") as file:
+        head = file.read(1 << 16)
+    said = {k: int(n) for k, n in re.findall(rb"\nelement (vertex|face) (\d{1,15})\s", head)}
+    there = sum(len(getattr(g, "vertices", ())) for g in scene.geometry.values())
+    faces = sum(len(getattr(g, "faces", ())) for g in scene.geometry.values())
+    if there < said.get(b"vertex", 0) or (said.get(b"face", 0) and not faces):
+        raise OSError(
+            f"{path} is cut short: {there} of {said.get(b'vertex', 0)} vertices and {faces} of "
+            f"{said.get(b'face', 0)} faces are there; write it again"
+        )
 
 
 def _only_points(path: Path, loose: list[PointCloud], dropped: int, notes: list[str]) -> Model:
