@@ -8,67 +8,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.light_map import LightMap
 from chrmc.metrics import psnr, ssim
 from chrmc.optics.propagation import Patch
 from chrmc.optics.resolution import depth_of_focus, resolution
-from chrmc.scene.points import PointCloud
 from reconstruct import metrics
 from reconstruct.focus import Focus, brightness_at, cells_of, find_focus, focus_curve, refine_peak
 from reconstruct.focus_metrics import METRICS
 from reconstruct.four_f_system import FourF, power
 from reconstruct.likeness import SHARP, Likeness, compare, dimmed, light_of
 from reconstruct.stack import FocalStack, brightness, focal_stack, patch_around
+from reconstruct.target import Target
 
 DEPTH_TOLERANCE = 0.5e-3
 """Metres between found and expected depth that pass."""
 OWN_LIGHT = 0.3
 """Least share of the light that is the objects' own: with less, noise has twice theirs and more."""
 MOST_DEPTHS = 160
-FALLBACK_SIZE = 1e-3
-"""Half-width of the region around an object whose extent the video does not tell, metres."""
-
-
-@dataclass(frozen=True, eq=False)
-class Target:
-    """An object as the scene says it stands.
-
-    position : (3,) intensity-weighted mean of the visible points, metres
-    low, high : (3,) and (3,) corners of the visible points' box, metres
-    light : map of the visible points' light, where the video tells it
-    """
-
-    name: str
-    position: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    light: LightMap | None = None
-
-    @classmethod
-    def of_cloud(cls, name: str, cloud: PointCloud, system: FourF | None = None) -> "Target | None":
-        """From an object's visible points; with a system, with their map of light. None for an
-        object without light."""
-        if not cloud.amplitude.any():
-            return None
-        p, light = cloud.positions, None
-        if system is not None:
-            light = LightMap.of_cloud(cloud, system.slm, system.wavelength, system.band)
-        return cls(name, cloud.centroid, p.min(axis=0), p.max(axis=0), light)
-
-    @classmethod
-    def of_record(cls, record: dict[str, Any]) -> "Target | None":
-        """From a manifest's entry {name, position, box}; None for an object without points."""
-        if record.get("position") is None:
-            return None
-        position = np.asarray(record["position"], dtype=np.float64)
-        box = record.get("box")
-        if box is None:
-            low, high = position - FALLBACK_SIZE, position + FALLBACK_SIZE
-        else:
-            low, high = (np.asarray(corner, dtype=np.float64) for corner in box)
-        told = record.get("light")
-        light = None if told is None else LightMap.from_record(told)
-        return cls(str(record["name"]), position, low, high, light)
 
 
 @dataclass(frozen=True, eq=False)
