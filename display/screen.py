@@ -6,7 +6,7 @@ import hashlib
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -18,8 +18,9 @@ from chrmc.grey_levels import encode, scale_for
 from chrmc.response import GreyResponse
 from chrmc.slm import LC_R_1080, SLM
 from display.log import Flip, FlipLog
-from display.playlist import Picture, Playlist, check_size, open_playlist
-from display.prefetch import Fault, Ring
+from display.playlist import Picture, check_size, open_playlist
+from display.prefetch import Ring
+from display.reels import Pulled, ring_of
 from display.timing import Pace, Summary, pace_for
 
 
@@ -295,63 +296,8 @@ class Screen:
             from display.planes import packed_frames
 
             frames = packed_frames((self.levels(frame) for frame in frames), planes)
-        pulled = _Pulled(frames, self._picture, loop)
+        pulled = Pulled(frames, self._picture, loop)
         return pulled, list(range(1, pulled.count + 1))
-
-
-def ring_of(playlist: Playlist, loop: bool, ahead: int, planes: int = 0) -> Ring:
-    """A ring over a stored video, `planes` binary frames to a picture."""
-    numbers = [entry.number for entry in playlist.entries]
-    read: Callable[[int], Picture] = playlist.read
-    count = len(playlist)
-    if planes:
-        from display.planes import PLANES, packed_reader
-
-        if not 1 <= planes <= PLANES:
-            raise ValueError(f"a colour frame holds 1 to {PLANES} bit planes, not {planes}")
-        read, numbers = packed_reader(read, count, planes), numbers[::planes]
-        count = len(numbers)
-    ring = Ring(read, count, loop, ahead)
-    ring.numbers = numbers
-    return ring
-
-
-class _Pulled:
-    """A reel over any iterable; a frame is asked for when its time has come."""
-
-    def __init__(
-        self, frames: Iterable[Any], picture: Callable[[int, Any], Picture], loop: bool
-    ) -> None:
-        self.loop = loop
-        self._frames, self._picture = frames, picture
-        self._list = frames if isinstance(frames, Sequence | np.ndarray) else None
-        self.count = 1 if self._list is None else len(self._list)
-        self._next = 0
-        self._left = iter(frames)
-
-    def seek(self, index: int) -> None:
-        """Go on from a place in a list; an iterator cannot."""
-        self._next = min(max(index, 0), self.count - 1)
-
-    def take(self, timeout: float | None = 0.0) -> tuple[int, Picture | Fault] | None:
-        """The next (place, frame), None at the end."""
-        if self._list is not None:
-            if self._next >= self.count:
-                if not self.loop or not self.count:
-                    return None
-                self._next = 0
-            index = self._next
-            self._next += 1
-            return index, self._picture(index + 1, self._list[index])
-        for again in (False, True):
-            if again:
-                if not self.loop or not self._next:
-                    return None
-                self._left, self._next = iter(self._frames), 0
-            for frame in self._left:
-                self._next += 1
-                return self._next - 1, self._picture(self._next, frame)
-        return None
 
 
 def _open_window(

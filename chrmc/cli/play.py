@@ -120,7 +120,7 @@ def command(
     moved or covered while playing.
     """
     from display.playlist import open_playlist
-    from display.screen import ring_of
+    from display.reels import ring_of
 
     playlist = open_playlist(target, slm, frames)
     if ahead < 1:
