@@ -1,4 +1,4 @@
-"""Where a screen's frames come from: a stored video read ahead, or any iterable asked one by one."""
+"""Where a screen's frames come from: a stored video read ahead, or an iterable asked one by one."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
