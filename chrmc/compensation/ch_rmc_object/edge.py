@@ -29,6 +29,7 @@ _DENSE = 1.3  # places for each that Nyquist asks for
 _LEAST = 4.0  # the same in places
 _FEWEST = 4.0  # places that a soft edge is read at, at least
 _WAVES = 1.8  # waves for each place
+_MOST = 2500  # places of a strip: solving for more takes longer than a sum over points
 _NOISE = 0.3  # in the places, that a filter is made for, in shares of the tolerance
 
 
@@ -86,6 +87,8 @@ class Across:
     def shares(self, t: Floats) -> tuple[Floats, Floats]:
         """(n,) weights of either line's filter at places t."""
         near, far = ((line - self.centre) ** 2 for line in self.lines)
+        if far - near <= 1e-9 * far:  # all targets on one line, as on a panel of one column
+            return np.ones(len(t)), np.zeros(len(t))
         share = ((t - self.centre) ** 2 - near) / (far - near)
         return 1 - share, share
 
@@ -166,8 +169,8 @@ class Reading:
 
 def reading_of(
     axis: Axis, models: tuple[Along, Along], across: Across, smooth: bool, tolerance: float
-) -> Reading:
-    """The places that an axis's nodes need, and the filters from there.
+) -> Reading | None:
+    """The places that an axis's nodes need, and the filters from there; None for strips too long.
 
     models : the outermost points, on the two lines across; filters are made for all waves between
     smooth : leave the strips out
@@ -205,10 +208,14 @@ def reading_of(
         else:
             step = min(width / _FEWEST, 1 / (2 * _DENSE * _frequency(model, (low, high))))
             margin = max(_REACH * width, _LEAST * step)
+            if (high - low + 2 * margin) / step > _MOST:
+                return None
             at = np.arange(low - margin, high + margin + step, step)
             own = slice(count, count + len(at))
             places.append(at)
             count += len(at)
+        if len(at) > _MOST:
+            return None
         nodes = axis.nodes[run.nodes]
         filters.append(Filter(run.nodes, own, _solve(nodes, at, models, tolerance)))
     every = np.concatenate(places) if places else np.zeros(0)

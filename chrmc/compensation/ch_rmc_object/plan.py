@@ -125,11 +125,14 @@ def planned(
             for line in aside.lines
         )  # fmt: skip
         reading = reading_of(axes[i], (models[0], models[1]), aside, False, aim)
-        power = float(share @ (reading.missed(axes[i], along, spots[1 - i]) * light[1 - i]))
+        power = np.inf
+        if reading is not None:
+            power = float(share @ (reading.missed(axes[i], along, spots[1 - i]) * light[1 - i]))
         from_points.append(power > allowed)
         if power > allowed:
             reading = reading_of(axes[i], (models[0], models[1]), aside, True, aim)
             power = 0.0
+        assert reading is not None  # without strips there is nothing too long
         readings.append(reading)
         missed += power
     return Plan(
