@@ -32,7 +32,7 @@ def checked(content: Any) -> dict[str, Any]:
         raise ValueError("slm must have name, width, height, pixel_pitch and what else an SLM has")
     scene = _mapping("scene", _needed(manifest, "scene"))
     encoding = _needed(manifest, "encoding")
-    if encoding not in CODINGS:
+    if not (isinstance(encoding, str) and encoding in CODINGS):
         raise ValueError(f"encoding {short(encoding)} is none of {', '.join(CODINGS)}")
     made_on = manifest.get("made_on", [])
     if not isinstance(made_on, list) or len(made_on) > 10_000:

@@ -130,7 +130,7 @@ def low_rank(
         summed = spread(partial(make_factor, targets=lines, plane=plane, tolerance=aim), parts)
         factors = [factor for factor, _ in summed]
         budget = sum((budget for _, budget in summed), Budget(0.0, 0.0))
-        error, allowed = budget.relative, error_allowed(factors, tolerance)
+        error, allowed = budget.relative, error_allowed(factors, tolerance, len(cloud))
         if error <= allowed:
             seen = measured_error(factors, cloud, lines, wavelength, plane.reach, tolerance, error)
             error, allowed = max(error, seen), SURE * tolerance

@@ -28,6 +28,7 @@ _OTHERS = 20  # that stand for the rest
 _TARGETS = 5  # targets of each block that are tried; more where there are few blocks
 ROUNDING = 5e-7
 """Relative error that single-precision products and pixels leave."""
+_FEW_POINTS = 8
 
 
 @dataclass(frozen=True)
@@ -59,16 +60,17 @@ class Budget:
         return sqrt(self.rounding / self.light) if self.light > 0 else 0.0
 
 
-def error_allowed(factors: Sequence[Factor], tolerance: float) -> float:
+def error_allowed(factors: Sequence[Factor], tolerance: float, points: int) -> float:
     """The expected error up to which the measured one is sure to stay within the tolerance."""
-    # Few nodes see one draw of the points' phases, which may lie far from the mean.
-    few = min(min(factor.real.shape) for factor in factors) < 12
-    return min(0.8, 0.5 + ROUNDING / tolerance if few else 0.8) * tolerance
+    # Few nodes, or few points, see one draw of the phases, which may lie far from the mean.
+    few = min(min(factor.real.shape) for factor in factors) < 12 or points < _FEW_POINTS
+    share = 0.4 if points < _FEW_POINTS else 0.5
+    return min(0.8, share + ROUNDING / tolerance if few else 0.8) * tolerance
 
 
-def promise_kept(factors: Sequence[Factor], budget: Budget, tolerance: float) -> bool:
+def promise_kept(factors: Sequence[Factor], budget: Budget, tolerance: float, points: int) -> bool:
     """Whether factors may be shown as within a tolerance."""
-    return budget.relative <= error_allowed(factors, tolerance)
+    return budget.relative <= error_allowed(factors, tolerance, points)
 
 
 def axis_powers(

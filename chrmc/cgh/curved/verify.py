@@ -21,7 +21,7 @@ Complexes = NDArray[np.complex128]
 
 _LINES = 28  # rows, and columns, of the lattice that pixels are drawn from, about
 _LEAST = 4  # of them in each run of an axis: edges are narrow
-_PIXELS = (4, 16)  # that are drawn: few where points are many
+_PIXELS = (4, 128)  # that are drawn: few where points are many
 _WAVES = 20_000  # points times pixels, about
 _MORE = 10  # times as many pixels, where few leave it open
 _OPEN = 0.75  # of the tolerance: where it is left open; so it is at twice what was expected
@@ -150,6 +150,7 @@ def _picked(axes: Sequence[Axis], random: np.random.Generator) -> tuple[NDArray[
             size = stop - start
             count = min(size, max(_LEAST, round(_LINES * size / total)))
             place = start + (np.arange(count) + random.random(count)) / count * size
+            place[0], place[-1] = start, stop - 1  # where interpolation is at its worst
             picks.append(np.minimum(place.astype(np.intp), stop - 1))
             weights.append(np.full(count, size / count))
     return np.concatenate(picks), np.concatenate(weights)

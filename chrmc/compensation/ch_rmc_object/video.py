@@ -242,7 +242,7 @@ class _Maker:
 
         look : even where points are so many that it costs more than a little
         """
-        if not promise_kept([factor], budget, self._tolerance):
+        if not promise_kept([factor], budget, self._tolerance, len(cloud)):
             return False
         return not (look or len(cloud) <= _LOOKED) or self._missed([factor], cloud, budget) <= SURE
 
