@@ -3,12 +3,10 @@
 from chrmc.cgh import compute_field
 from chrmc.compensation import video
 from chrmc.compensation.frame import VideoFrame
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import coding_for
-from chrmc.export import export_field
-from chrmc.generation import generate
-from chrmc.notebook import show_field
+from chrmc.generation.make import generate
 from chrmc.optics.passband import Passband
+from chrmc.record import FrameRecord
 from chrmc.reference import reference_field, relative_error
 from chrmc.response import GreyResponse
 from chrmc.scene.light import scenes_in_light
@@ -18,7 +16,9 @@ from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Pose, Scene, SceneFrame
 from chrmc.scene.sources.poses import poses_from_csv
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
-from chrmc.store import Video, open_video
+from chrmc.store.export import export_field
+from chrmc.store.notebook import show_field
+from chrmc.store.video import Video, open_video
 from chrmc.window import Window
 
 __version__ = "0.1.0"

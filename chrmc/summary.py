@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from chrmc.store import Video
+from chrmc.store.video import Video
 
 STAGES = {
     "PE": "find what moved, and how",

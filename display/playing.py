@@ -4,7 +4,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from chrmc.store import Video, open_video
+from chrmc.store.video import Video, open_video
 from display.screen import Screen
 from display.timing import Summary
 

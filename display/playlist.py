@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chrmc.files import sha256
 from chrmc.pictures import read_grey
 from chrmc.slm import LC_R_1080, SLM
-from chrmc.store import open_video
+from chrmc.store.video import open_video
 
 
 @dataclass(frozen=True, eq=False)

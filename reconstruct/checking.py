@@ -11,7 +11,7 @@ from chrmc.progress import progress
 from chrmc.response import GreyResponse
 from chrmc.scene.load import BUILT_IN, load_scene
 from chrmc.scene.scene import Scene
-from chrmc.store import Video, open_video
+from chrmc.store.video import Video, open_video
 from reconstruct.four_f_system import FourF
 from reconstruct.verdict import FrameVerdict, Target, judge_frame
 

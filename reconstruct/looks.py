@@ -20,7 +20,7 @@ from chrmc.optics.resolution import apertures, depth_of_focus
 from chrmc.response import GreyResponse
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Scene, SceneFrame
-from chrmc.store import Video
+from chrmc.store.video import Video
 from reconstruct.four_f_system import FourF
 from reconstruct.metrics import scale_to
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from chrmc.optics.propagation import Patch, Propagator
 from chrmc.response import GreyResponse
-from chrmc.store import Video
+from chrmc.store.video import Video
 from reconstruct.bench import Bench
 from reconstruct.four_f_system import FourF, check_distance, intensity
 from reconstruct.images import exposure

@@ -12,7 +12,7 @@ import numpy as np
 
 from chrmc.cgh import DEFAULT_METHOD
 from chrmc.compensation import video
-from chrmc.compensation.ledger import FrameRecord
+from chrmc.record import FrameRecord
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM, WAVELENGTH
 

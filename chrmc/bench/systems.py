@@ -13,8 +13,8 @@ from chrmc.compensation import video
 from chrmc.compensation.ch_rmc_paper.error_correction import match, rule_named, snr
 from chrmc.compensation.frame import VideoFrame
 from chrmc.compensation.held import Matcher
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import Coding
+from chrmc.record import FrameRecord
 from chrmc.reference import reference_samples, relative_error
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Scene, SceneFrame, frame_range

@@ -41,7 +41,7 @@ def command(
     limited to the band that the encoding keeps, once for a
     field that the generator limited and once for one that fills the panel's whole band.
     """
-    from chrmc.recipe import recipe_for, scene_wavelength
+    from chrmc.generation.recipe import recipe_for, scene_wavelength
     from chrmc.scene.load import load_scene
 
     given = load_scene(scene, form=form)

@@ -33,7 +33,7 @@ def command(video: Path, number: int | None, depth: float | None, pixels: int) -
     from chrmc.optics.propagation import Patch
     from chrmc.reference import relative_error
     from chrmc.response import GreyResponse
-    from chrmc.store import open_video
+    from chrmc.store.video import open_video
     from reconstruct import crosscheck
     from reconstruct.four_f_system import FourF, check_distance, intensity
     from reconstruct.verdict import Target, inside

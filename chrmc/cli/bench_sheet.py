@@ -37,7 +37,7 @@ def command(
 
     The objects are those of a frame of SCENE.
     """
-    from chrmc.recipe import scene_wavelength
+    from chrmc.generation.recipe import scene_wavelength
     from chrmc.scene.load import load_scene
     from display.bench_sheet import Sheet, Target
 

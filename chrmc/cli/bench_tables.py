@@ -91,8 +91,8 @@ def run(
     """Measure, print and write a table."""
     from chrmc.bench import systems, tables
     from chrmc.encoding import coding_for
+    from chrmc.generation.recipe import scene_wavelength
     from chrmc.progress import progress
-    from chrmc.recipe import scene_wavelength
     from chrmc.scene.load import load_scene
 
     coding = coding_for(encoding, slm)

@@ -98,8 +98,8 @@ def command(
     from chrmc.bench.tradeoff_table import Table
     from chrmc.cli.bench_tables import image_psnr
     from chrmc.encoding import coding_for
+    from chrmc.generation.recipe import scene_wavelength
     from chrmc.progress import progress
-    from chrmc.recipe import scene_wavelength
     from chrmc.scene.load import load_scene
     from chrmc.scene.scene import frame_range
 

@@ -47,11 +47,11 @@ def command(
     from chrmc.cli.montage import draw_montage
     from chrmc.cli.play import command as play
     from chrmc.files import replacing
-    from chrmc.generation import make_video
-    from chrmc.recipe import recipe_for
+    from chrmc.generation.make import make_video
+    from chrmc.generation.recipe import recipe_for
     from chrmc.scene.load import load_scene
     from chrmc.slm import LC_R_1080
-    from chrmc.store import open_video
+    from chrmc.store.video import open_video
     from chrmc.summary import summary
 
     recipe = recipe_for(load_scene(chosen or scene, form=form), LC_R_1080, **methods)

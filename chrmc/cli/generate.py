@@ -65,10 +65,10 @@ def command(
 
     A stopped run is continued by the same command.
     """
-    from chrmc.generation import make_video
+    from chrmc.generation.make import make_video
+    from chrmc.generation.recipe import recipe_for
     from chrmc.python_file import is_python_name
-    from chrmc.recipe import recipe_for
-    from chrmc.store import open_video
+    from chrmc.store.video import open_video
     from chrmc.summary import summary
 
     sized = {name: rest.pop(name) for name in SCENE_NAMES}

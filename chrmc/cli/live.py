@@ -36,9 +36,9 @@ def command(
     A thread makes the frames, the player shows each as soon as it is there and its flip has come.
     At the end it says which rate was reached and what limited it.
     """
-    from chrmc.generation import grey_levels
+    from chrmc.generation.make import grey_levels
+    from chrmc.generation.recipe import recipe_for
     from chrmc.grey_levels import video_scale
-    from chrmc.recipe import recipe_for
     from chrmc.scene.scene import frame_range
     from display.live import LiveReel
     from display.playlist import Picture

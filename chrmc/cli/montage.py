@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.store import Video
+from chrmc.store.video import Video
 
 MARGIN = 0.5e-3
 """Room around the objects, metres."""

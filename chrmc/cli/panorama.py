@@ -37,7 +37,7 @@ def command(
     """Draw the video in DIR as one picture: moving objects at several moments, every object
     reconstructed at its own depth; below, single frames."""
     from chrmc.progress import progress
-    from chrmc.store import open_video
+    from chrmc.store.video import open_video
     from reconstruct.figure import check_figure
     from reconstruct.sequence import composite, panorama, region_of, spread_frames, system_of
 
@@ -100,6 +100,6 @@ def draw(stored: Any, wide: Any, shown: Any, numbers: list[int], region: Any, ou
 
 
 def _listed(numbers: list[int]) -> str:
-    from chrmc.store import ranges
+    from chrmc.store.video import ranges
 
     return ranges(numbers).replace(":", " to ")

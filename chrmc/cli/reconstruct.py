@@ -95,7 +95,7 @@ def command(video: Path, out: Path | None, **options: Any) -> int:
     chrmc reconstruct DIR --frame 21 --follow car --looks 20 --out car.png
     chrmc reconstruct DIR --movie all.mp4
     """
-    from chrmc.store import open_video
+    from chrmc.store.video import open_video
 
     if options["movie"] is not None:
         if options["everything"] or options["depths"] or options["number"] is not None:

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from chrmc.cgh import Method, compute_field
 from chrmc.compensation.ch_rmc_paper.error_correction import RULES, match, rule_named
 from chrmc.compensation.frame import FieldMaker
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.optics.footprint import reach
 from chrmc.optics.passband import Passband
+from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene
 from chrmc.slm import SLM

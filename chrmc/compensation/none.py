@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from chrmc.cgh import Method, field_and_error, method_named, signal_and_error
 from chrmc.compensation.frame import VideoFrame
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import Coding
 from chrmc.options import option_names
+from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM

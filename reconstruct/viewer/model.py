@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from chrmc.store import Video
+from chrmc.store.video import Video
 from reconstruct.viewer.compare import Comparison, compare
 from reconstruct.viewer.focusing import Curve, Found, curves_of_objects, focus_around
 from reconstruct.viewer.pipeline import (

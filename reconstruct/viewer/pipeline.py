@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.store import Video
+from chrmc.store.video import Video
 from reconstruct import metrics
 from reconstruct.bench import Bench, Filter
 from reconstruct.focus_metrics import normalised_variance

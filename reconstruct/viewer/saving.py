@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.store import Video
+from chrmc.store.video import Video
 from reconstruct.animation import check_animation, write_animation
 from reconstruct.bench import Filter
 from reconstruct.images import exposure, write_colour, write_image

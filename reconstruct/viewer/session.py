@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from chrmc.store import Video
+from chrmc.store.video import Video
 from reconstruct.sequence import following
 from reconstruct.viewer import saving
 from reconstruct.viewer.compare import MODES as COMPARISONS

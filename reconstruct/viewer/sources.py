@@ -5,7 +5,7 @@ from pathlib import Path
 from chrmc.encoding import coding_for
 from chrmc.pictures import read_grey
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
-from chrmc.store import MANIFEST, Video, open_video
+from chrmc.store.video import MANIFEST, Video, open_video
 
 
 def open_source(

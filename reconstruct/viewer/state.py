@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from chrmc.encoding import coding_for
-from chrmc.store import Video
+from chrmc.store.video import Video
 from reconstruct.bench import Filter
 from reconstruct.sequence import targets_of
 from reconstruct.verdict import Target

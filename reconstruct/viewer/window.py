@@ -15,7 +15,7 @@ import numpy as np
 from imgui_bundle import imgui
 
 from chrmc.gl_context import window_context, window_hints
-from chrmc.store import Video
+from chrmc.store.video import Video
 from reconstruct.images import write_colour
 from reconstruct.viewer import theme
 from reconstruct.viewer.layout import Layout

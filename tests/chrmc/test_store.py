@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.files import replacing, sha256, write_json
 from chrmc.pictures import read_grey, write_grey
+from chrmc.record import FrameRecord
 from chrmc.slm import SLM
-from chrmc.store import FORMAT, MANIFEST, VideoWriter, open_video, ranges, remove_video
+from chrmc.store.video import FORMAT, MANIFEST, VideoWriter, open_video, ranges, remove_video
 
 PANEL = SLM("test", 48, 31, 8e-6)
 

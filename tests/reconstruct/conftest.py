@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from chrmc import SLM, PointCloud, compute_field
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import coding_for
 from chrmc.grey_levels import encode
-from chrmc.store import FORMAT, VideoWriter
+from chrmc.record import FrameRecord
+from chrmc.store.video import FORMAT, VideoWriter
 
 P, LAMBDA = 8.1e-6, 532e-9
 SLM_ = SLM("small", 256, 256, P)

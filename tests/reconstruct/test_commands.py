@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chrmc.cli.main import main
-from chrmc.store import open_video
+from chrmc.store.video import open_video
 from reconstruct import four_f
 from reconstruct.images import read_image
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from chrmc.store import open_video
+from chrmc.store.video import open_video
 from reconstruct import four_f
 from reconstruct.animation import movies_there, write_animation
 from reconstruct.sequence import (

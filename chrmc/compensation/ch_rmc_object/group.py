@@ -30,7 +30,7 @@ from chrmc.compensation.ch_rmc_object.grid import SHARE, make_grid
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, views_ahead
 from chrmc.compensation.ch_rmc_object.sphere import Sphere
 from chrmc.compensation.ch_rmc_object.taps import fewer, fewer_beyond
-from chrmc.compensation.ledger import FrameRecord
+from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Pose
 

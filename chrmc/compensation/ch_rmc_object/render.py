@@ -6,8 +6,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.interface import Factor, field_of, signal_of
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import Coding
+from chrmc.record import FrameRecord
 from chrmc.slm import SLM
 from chrmc.window import Window
 

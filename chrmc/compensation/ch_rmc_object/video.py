@@ -38,9 +38,9 @@ from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, outline_of, pla
 from chrmc.compensation.ch_rmc_object.render import Renderer
 from chrmc.compensation.ch_rmc_object.sphere import NotCovered
 from chrmc.compensation.frame import VideoFrame
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import check_showable
+from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Pose, Scene
 from chrmc.slm import SLM

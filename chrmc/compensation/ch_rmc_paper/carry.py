@@ -11,10 +11,10 @@ from chrmc.compensation.ch_rmc_paper import cylinder as cylinders
 from chrmc.compensation.ch_rmc_paper.blank import reusable
 from chrmc.compensation.ch_rmc_paper.conversion import to_curved, to_planar
 from chrmc.compensation.ch_rmc_paper.cylinder import Cylinder, cylinder_at, turned
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.optics.footprint import reach
 from chrmc.optics.passband import Passband
 from chrmc.optics.propagation import cycles_to_phasor, padded_shape, transfer_function
+from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from chrmc.threads import workers

@@ -41,8 +41,8 @@ from chrmc.compensation.ch_rmc_paper.image_measures import image_measures
 from chrmc.compensation.ch_rmc_paper.plan import plan
 from chrmc.compensation.frame import VideoFrame
 from chrmc.compensation.held import PLANE_SPACING
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import Coding
+from chrmc.record import FrameRecord
 from chrmc.reference import relative_error
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene, SceneFrame

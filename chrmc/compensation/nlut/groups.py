@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from chrmc.cgh import Method
 from chrmc.compensation.frame import VideoFrame
 from chrmc.compensation.held import Computer, Correction, Held, Matcher, correct
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.compensation.nlut.blocks import (
     Image,
     crop,
@@ -30,6 +29,7 @@ from chrmc.compensation.nlut.blocks import (
 )
 from chrmc.compensation.shift import Move, lens, lens_axis, moved, shift_into, strips, to_pixels
 from chrmc.encoding import Coding
+from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene, SceneFrame
 from chrmc.slm import SLM

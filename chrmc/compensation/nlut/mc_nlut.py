@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from chrmc.cgh import Method
 from chrmc.compensation.frame import VideoFrame
 from chrmc.compensation.held import Chain, Computer, Correction, Held, Matcher, correct
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.compensation.nlut.blocks import grid_offset, image_of, lateral_vector
 from chrmc.compensation.shift import Move, moved, shift_into, strips, to_pixels
 from chrmc.encoding import Coding
+from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene
 from chrmc.slm import SLM

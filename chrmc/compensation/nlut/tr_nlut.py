@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from chrmc.cgh import Method
 from chrmc.compensation.frame import VideoFrame
 from chrmc.compensation.held import Chain, Computer, Correction, Held, Matcher, correct
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import Coding
+from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM

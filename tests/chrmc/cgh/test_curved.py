@@ -113,7 +113,7 @@ def test_objects_far_apart_get_a_reference_wave_each() -> None:
 @pytest.mark.parametrize("tolerance", [2e-7, 0.5, 0.0, -1e-3, float("nan")])
 def test_a_tolerance_out_of_range_is_refused_with_the_range(tolerance: float) -> None:
     cloud = box(3, (1e-4,) * 3, (0, 0, 0.1), 9)
-    with pytest.raises(ValueError, match=r"between 1e-06 and 0\.1, not"):
+    with pytest.raises(ValueError, match=r"between 1e-06 and 0\.1, not|finite number, not"):
         compute_field(cloud, PANEL, WAVELENGTH, "curved", tolerance=tolerance)
 
 

@@ -10,7 +10,7 @@ from chrmc import SLM, WAVELENGTH, PointCloud, compute_field
 from chrmc.bench import tradeoff
 from chrmc.cgh import METHODS, method_named
 from chrmc.encoding import coding_for
-from chrmc.generation import Recipe, grey_levels
+from chrmc.generation.make import Recipe, grey_levels
 from chrmc.scene.load import load_scene
 
 PANEL = SLM("small", 320, 200, 40e-6)

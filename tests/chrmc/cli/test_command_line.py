@@ -10,7 +10,7 @@ import pytest
 
 from chrmc.cli.main import COMMANDS, main
 from chrmc.files import sha256
-from chrmc.store import open_video
+from chrmc.store.video import open_video
 
 SMALL = ["--slm", "192x120:8.1e-5", "--cgh", "fresnel", "--compensation", "none"]
 

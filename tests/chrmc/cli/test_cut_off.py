@@ -13,7 +13,7 @@ import pytest
 
 from chrmc.files import sha256
 from chrmc.pictures import read_grey
-from chrmc.store import open_video
+from chrmc.store.video import open_video
 
 ROOT = Path(__file__).parents[3]
 SMALL = ["--slm", "192x120:81um", "--cgh", "rt", "--compensation", "none", "--check-pixels", "0"]

@@ -12,13 +12,13 @@ from chrmc import SLM, WAVELENGTH, load_scene
 from chrmc.cgh import curved
 from chrmc.cli.main import main
 from chrmc.encoding import coding_for
-from chrmc.generation import grey_levels
+from chrmc.generation.make import grey_levels
+from chrmc.generation.recipe import recipe_for
 from chrmc.grey_levels import encode, video_scale
-from chrmc.recipe import recipe_for
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Pose
-from chrmc.store import open_video
+from chrmc.store.video import open_video
 
 PANEL = SLM("a quarter of the paper's", 320, 200, 16e-6)
 ARGUMENTS = ["car-house", "--compensation", "none", "--slm", "320x200:1.6e-5", "--frames", "1:2"]

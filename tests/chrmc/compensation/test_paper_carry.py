@@ -15,11 +15,11 @@ from chrmc.compensation.ch_rmc_paper.carry import (
     carry,
     moved,
 )
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.encoding import coding_for
 from chrmc.optics.footprint import reach, taper
 from chrmc.optics.passband import Passband
 from chrmc.optics.propagation import propagate
+from chrmc.record import FrameRecord
 from chrmc.reference import relative_error
 from chrmc.slm import SLM, WAVELENGTH
 from chrmc.window import Window

@@ -6,7 +6,7 @@ import pytest
 
 from chrmc.metrics import psnr
 from chrmc.pictures import read_grey, write_grey
-from chrmc.store import open_video
+from chrmc.store.video import open_video
 from reconstruct import four_f
 from reconstruct.viewer.compare import compare
 from reconstruct.viewer.history import History

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chrmc.store import open_video
+from chrmc.store.video import open_video
 from reconstruct.animation import movies_there
 from reconstruct.images import read_image
 from reconstruct.viewer.keys import KEYS

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from chrmc.cli.main import main
-from chrmc.store import open_video
+from chrmc.store.video import open_video
 
 from .test_things import blender_frame, recording, track_rows, write_picture
 

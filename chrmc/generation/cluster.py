@@ -19,11 +19,11 @@ from typing import Any
 from chrmc.cgh import method_named
 from chrmc.compensation import compensation_named
 from chrmc.files import replacing
-from chrmc.generation import groups_of, make_group, same_arithmetic
+from chrmc.generation.make import groups_of, make_group, same_arithmetic
+from chrmc.generation.recipe import Recipe
 from chrmc.python_file import MODULE_PREFIX, is_python_name
 from chrmc.ranges import Count
-from chrmc.recipe import Recipe
-from chrmc.store import MANIFEST, VideoWriter, ranges
+from chrmc.store.video import MANIFEST, VideoWriter, ranges
 from chrmc.threads import THREADS
 from chrmc.threads import workers as cores
 

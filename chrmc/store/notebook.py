@@ -15,7 +15,7 @@ from chrmc.slm import SLM
 if TYPE_CHECKING:
     import pandas
 
-    from chrmc.store import Video
+    from chrmc.store.video import Video
 
 WIDTH = 480
 """Pixels on a page that a picture takes; the picture itself keeps all of its own."""
@@ -68,7 +68,7 @@ def show_field(field: NDArray[Any], slm: SLM | None = None) -> FieldView:
 def video_html(video: "Video") -> str:
     """A stored video: what it is, and its first frame."""
     from chrmc.python_file import label
-    from chrmc.store import ranges
+    from chrmc.store.video import ranges
 
     slm, methods = video.slm, video.methods
     told = {

@@ -11,12 +11,12 @@ from chrmc.cgh import Method
 from chrmc.compensation import VideoMethod, chosen, frames_by, scene_wavelength
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import Coding, coding_for
-from chrmc.manifest import FORMAT
 from chrmc.python_file import identity, is_python_name
 from chrmc.ranges import Count, short
 from chrmc.response import GreyResponse
 from chrmc.scene.scene import Scene, as_scene, frame_range
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
+from chrmc.store.manifest import FORMAT
 
 CHECK_SEED = 20180101
 """Seed of the pixels that `error_reference` is measured on, recorded in the manifest."""

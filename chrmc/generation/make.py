@@ -14,18 +14,18 @@ from chrmc.cgh import Method, method_named
 from chrmc.compensation import VideoMethod
 from chrmc.compensation.frame import VideoFrame
 from chrmc.differences import differences, refuse_another
+from chrmc.generation.recipe import CHECK_SEED, Recipe, describe, recipe_for
 from chrmc.light_map import LightMap
-from chrmc.lock import writer_lock
 from chrmc.optics.footprint import coverage
 from chrmc.progress import progress
 from chrmc.python_file import is_python_name, one_line
-from chrmc.recipe import CHECK_SEED, Recipe, describe, recipe_for
 from chrmc.reference import reference_samples, relative_error
 from chrmc.response import GreyResponse
 from chrmc.scene.load import load_scene
 from chrmc.scene.scene import Scene, frame_range
 from chrmc.slm import LC_R_1080, SLM
-from chrmc.store import (
+from chrmc.store.lock import writer_lock
+from chrmc.store.video import (
     MANIFEST,
     GroupWriter,
     Video,
@@ -207,7 +207,7 @@ def _fill(
     if workers is None and scheduler is None:
         made = _frames_of_groups(recipe, writer, missing)
     else:
-        from chrmc.cluster import frames_on_cluster
+        from chrmc.generation.cluster import frames_on_cluster
 
         made = frames_on_cluster(recipe, writer, missing, workers, scheduler)
     try:

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.compensation.ledger import FrameRecord
 from chrmc.differences import refuse_another
 from chrmc.files import read_json, sha256, sweep, write_json
 from chrmc.machine import arithmetic
-from chrmc.manifest import FORMAT, checked, checked_frame, plain_file
 from chrmc.pictures import read_grey, write_grey
+from chrmc.record import FrameRecord
 from chrmc.slm import SLM
+from chrmc.store.manifest import FORMAT, checked, checked_frame, plain_file
 
 if TYPE_CHECKING:
     import pandas
@@ -63,7 +63,7 @@ class Video:
         return len(self.frames)
 
     def _repr_html_(self) -> str:
-        from chrmc.notebook import video_html
+        from chrmc.store.notebook import video_html
 
         return video_html(self)
 
@@ -72,7 +72,7 @@ class Video:
 
         Needs pandas; ImportError says so.
         """
-        from chrmc.notebook import dataframe
+        from chrmc.store.notebook import dataframe
 
         return dataframe(self)
 

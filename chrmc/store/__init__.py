@@ -1,0 +1,1 @@
+"""A hologram video on disk: its folder, its manifest, its one writer, what leaves it again."""
