@@ -1,6 +1,8 @@
 """The direction of data is the direction of imports."""
 
 import ast
+import importlib.util
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -65,8 +67,22 @@ def test_importing_the_packages_loads_no_window_and_no_plots() -> None:
 
 
 def test_files_hold_one_idea() -> None:
-    long = {p.name: n for p in SOURCES if (n := len(p.read_text("utf-8").splitlines())) > 450}
+    long = {p.name: n for p in SOURCES if (n := len(p.read_text("utf-8").splitlines())) > 350}
     assert not long
+
+
+def test_parts_use_each_other_in_one_direction() -> None:
+    spec = importlib.util.spec_from_file_location("architecture", ROOT / "scripts/architecture.py")
+    assert spec is not None and spec.loader is not None
+    drawing = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(drawing)
+    assert drawing.layers(drawing.uses())  # which names a circle
+
+
+def test_the_page_names_files_that_exist() -> None:
+    page = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
+    for name in re.findall(r"`((?:chrmc|display|reconstruct|tests)/[\w./-]+)`", page):
+        assert (ROOT / name).exists(), name
 
 
 def test_methods_are_known_by_what_they_are_not_by_name() -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from chrmc.bench.extremes import Summary
+    from chrmc.bench.extremes_table import Summary
 
 
 @click.command("extremes")
@@ -38,13 +38,13 @@ def command(ctx: click.Context, minutes: float, seed: int | None, out: Path, for
     turn, approach, flicker, go and come back. Each case is within what its method promises, or
     refused in one line. Exit status 1 where one is not; `--seed` repeats it.
     """
-    from chrmc.bench import extremes
+    from chrmc.bench import extremes, extremes_table
     from chrmc.cgh import DEFAULT_METHOD
     from chrmc.files import replacing
     from chrmc.progress import progress
 
     path = out / "extremes.csv"
-    rows = [] if force else extremes.read(path)
+    rows = [] if force else extremes_table.read(path)
     if seed is None:
         seed = 1 + max(int(r["seed"]) for r in rows) if rows else int(time.time())
     done = {int(row["seed"]) for row in rows}
@@ -68,8 +68,8 @@ def command(ctx: click.Context, minutes: float, seed: int | None, out: Path, for
             faults += 1
             click.echo(f"seed {number}, {outcome.case.kind}: {outcome.fault}")
         with replacing(path) as part:
-            part.write_text(extremes.to_csv(rows), encoding="utf-8")
-    for line in table(list(extremes.summaries(rows)), DEFAULT_METHOD):
+            part.write_text(extremes_table.to_csv(rows), encoding="utf-8")
+    for line in table(list(extremes_table.summaries(rows)), DEFAULT_METHOD):
         click.echo(line)
     draw(rows, out / "extremes.png")
     click.echo(f"{path}, {out / 'extremes.png'}")
@@ -99,7 +99,7 @@ def draw(rows: "Sequence[dict[str, Any]]", path: Path) -> None:
     import numpy as np
     from matplotlib.figure import Figure
 
-    from chrmc.bench.extremes import promises
+    from chrmc.bench.extremes_table import promises
     from chrmc.files import replacing
 
     shown = [r for r in rows if promises(r) and np.isfinite(float(r["error"]))]

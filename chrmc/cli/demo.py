@@ -51,8 +51,8 @@ def command(
     from chrmc.generation.recipe import recipe_for
     from chrmc.scene.load import load_scene
     from chrmc.slm import LC_R_1080
+    from chrmc.store.summary import summary
     from chrmc.store.video import open_video
-    from chrmc.summary import summary
 
     recipe = recipe_for(load_scene(chosen or scene, form=form), LC_R_1080, **methods)
     folder = out / "video"

@@ -68,8 +68,8 @@ def command(
     from chrmc.generation.make import make_video
     from chrmc.generation.recipe import recipe_for
     from chrmc.python_file import is_python_name
+    from chrmc.store.summary import summary
     from chrmc.store.video import open_video
-    from chrmc.summary import summary
 
     sized = {name: rest.pop(name) for name in SCENE_NAMES}
     scene = scene_from(things, form, slm, wavelength, sized)

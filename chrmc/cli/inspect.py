@@ -37,8 +37,8 @@ def command(
     measured on some of the points against the float64 truth, under single sideband.
     """
     from chrmc.compensation import scene_wavelength
-    from chrmc.inspection import sentences
-    from chrmc.inspection_picture import write_inspection
+    from chrmc.inspection.picture import write_inspection
+    from chrmc.inspection.report import sentences
 
     options = {"density": density, "points": points, "fit": fit}
     scene = scene_from(things, form, slm, wavelength, options)

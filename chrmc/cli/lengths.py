@@ -111,3 +111,14 @@ def parse_lengths(text: str, sign: str | None, kind: Kind, option: str) -> list[
         return [parse_length(part, kind) for part in (text.split(sign) if sign else [text])]
     except ValueError as error:
         raise ValueError(f"{option} {text}: {error}") from None
+
+
+def parse_depths(text: str) -> tuple[list[float], int]:
+    """[near, far] and how many depths, of NEAR:FAR:COUNT."""
+    asked, _, count = text.rpartition(":")
+    ends = parse_lengths(asked, ":", DEPTH, "--depths") if asked else []
+    if len(ends) != 2 or not ends[0] < ends[1] or not count.isdecimal() or int(count) < 2:
+        raise ValueError(
+            f"--depths {text}: must be NEAR:FAR:COUNT, NEAR < FAR, such as 245mm:270mm:51"
+        )
+    return ends, int(count)

@@ -6,13 +6,8 @@ from typing import Any
 import click
 
 from chrmc.cli.arguments import frames_option
-from chrmc.cli.lengths import DEPTH, PITCH, Length, parse_lengths
-from chrmc.cli.optics_options import (
-    BENCH_NAMES,
-    POSITIVE,
-    bench_from,
-    bench_options,
-)
+from chrmc.cli.lengths import DEPTH, PITCH, Length, parse_depths, parse_lengths
+from chrmc.cli.optics_options import BENCH_NAMES, POSITIVE, bench_from, bench_options
 
 
 @click.command("reconstruct")
@@ -274,6 +269,7 @@ def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
     from chrmc.optics.resolution import depth_of_focus
     from chrmc.progress import progress
     from reconstruct.animation import check_animation, write_animation
+    from reconstruct.depth_map import draw_depth_map
     from reconstruct.images import exposure, to_grey, write_image
     from reconstruct.sequence import shrink
     from reconstruct.stack import FocalStack, all_in_focus
@@ -281,15 +277,9 @@ def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
     preview = options["preview"]
     if preview is not None:
         check_animation(preview)
-    asked, _, count = options["depths"].rpartition(":")
-    ends = parse_lengths(asked, ":", DEPTH, "--depths") if asked else []
-    if len(ends) != 2 or not ends[0] < ends[1] or not count.isdecimal() or int(count) < 2:
-        raise ValueError(
-            f"--depths {options['depths']}: must be NEAR:FAR:COUNT, NEAR < FAR, such as "
-            "245mm:270mm:51"
-        )
+    ends, count = parse_depths(options["depths"])
     number = options["number"]
-    depths = np.linspace(ends[0], ends[1], int(count))
+    depths = np.linspace(ends[0], ends[1], count)
     system = _system(stored, options)
     sharp_for = min(depth_of_focus(stored.slm, stored.wavelength, ends[0], system.band))
     if depths[1] - depths[0] > sharp_for:
@@ -315,41 +305,13 @@ def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
     sharp = out / f"all_in_focus.{suffix}"
     write_image(sharp, image, note, options["full_scale"], options["gamma"])
     write_image(out / "depth_map.exr", depth_map, note | {"unit": "metre"})
-    _draw_depths(image, depth_map, stored, out / "depth_map.png")
+    draw_depth_map(image, depth_map, stored.slm.pixel_pitch, out / "depth_map.png")
     click.echo(f"{out}: frame {number} at {len(depths)} depths, all in focus, depth map")
     if preview is not None:
         small = [to_grey(shrink(p, options["width"]), white, options["gamma"]) for p in planes]
         write_animation(preview, small, options["rate"])
         click.echo(f"{preview}: {len(small)} depths at {options['rate']:g} a second")
     return 0
-
-
-def _draw_depths(image: Any, depth_map: Any, stored: Any, path: Path) -> None:
-    """The depth map as a picture: colour is depth, brightness is light."""
-    import numpy as np
-    from scipy.ndimage import gaussian_filter
-
-    from reconstruct.figure import new_figure, save
-
-    half_y, half_x = (n * stored.slm.pixel_pitch * 500 for n in stored.slm.shape)
-    light = gaussian_filter(image, 3.0)
-    light = np.clip(5 * light / (float(light.max()) or 1.0), 0, 1)
-    figure, axis = new_figure((9.0, 9.0 * half_y / half_x + 0.4))
-    shown = axis.imshow(
-        depth_map * 1e3,
-        cmap="viridis",
-        alpha=light,
-        extent=(-half_x, half_x, half_y, -half_y),
-    )
-    axis.set_facecolor("white")
-    rows, columns = (np.flatnonzero(light.max(axis=k) > 0.1) for k in (1, 0))
-    if len(rows) and len(columns):
-        y, x = ((np.array(k)[[0, -1]] * stored.slm.pixel_pitch * 1e3) for k in (rows, columns))
-        axis.set_xlim(max(x[0] - half_x - 0.5, -half_x), min(x[1] - half_x + 0.5, half_x))
-        axis.set_ylim(min(y[1] - half_y + 0.5, half_y), max(y[0] - half_y - 0.5, -half_y))
-    axis.set(xlabel="x (mm)", ylabel="y (mm)", title="depth of what is sharp, all in focus")
-    figure.colorbar(shown, ax=axis, label="depth (mm)").solids.set_alpha(1)
-    save(figure, path)
 
 
 def _all(stored: Any, out: Path, options: dict[str, Any]) -> int:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from chrmc.cgh import Method, method_named
 from chrmc.compensation import VideoMethod
 from chrmc.compensation.frame import VideoFrame
-from chrmc.differences import differences, refuse_another
 from chrmc.generation.recipe import CHECK_SEED, Recipe, describe, recipe_for
 from chrmc.light_map import LightMap
 from chrmc.optics.footprint import coverage
@@ -24,6 +23,7 @@ from chrmc.response import GreyResponse
 from chrmc.scene.load import load_scene
 from chrmc.scene.scene import Scene, frame_range
 from chrmc.slm import LC_R_1080, SLM
+from chrmc.store.differences import differences, refuse_another
 from chrmc.store.lock import writer_lock
 from chrmc.store.video import (
     MANIFEST,

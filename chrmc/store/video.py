@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.differences import refuse_another
 from chrmc.files import read_json, sha256, sweep, write_json
 from chrmc.machine import arithmetic
 from chrmc.pictures import read_grey, write_grey
 from chrmc.record import FrameRecord
 from chrmc.slm import SLM
+from chrmc.store.differences import refuse_another
 from chrmc.store.manifest import FORMAT, checked, checked_frame, plain_file
 
 if TYPE_CHECKING:

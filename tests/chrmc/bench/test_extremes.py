@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from chrmc import SLM, WAVELENGTH, compute_field
-from chrmc.bench import extremes
+from chrmc.bench import extremes, extremes_table
 from chrmc.cgh import METHODS
 from chrmc.cli.bench_extremes import command
 from chrmc.optics.passband import full_band
@@ -70,7 +70,7 @@ def test_a_broken_promise_is_a_fault_and_exit_status_1(
     )
     bad = runner.invoke(command, [*arguments, "--out", str(tmp_path / "bad")])
     assert bad.exit_code == 1 and f"seed {seed}, box: error 0.5" in bad.output
-    rows = extremes.read(tmp_path / "bad" / "extremes.csv")
+    rows = extremes_table.read(tmp_path / "bad" / "extremes.csv")
     assert "times what is promised" in rows[0]["fault"]
     again = runner.invoke(command, [*arguments, "--out", str(tmp_path / "bad")])  # goes on after it
-    assert len(extremes.read(tmp_path / "bad" / "extremes.csv")) == 2, again.output
+    assert len(extremes_table.read(tmp_path / "bad" / "extremes.csv")) == 2, again.output

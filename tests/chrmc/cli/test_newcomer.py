@@ -14,8 +14,8 @@ from chrmc.cli.main import group, main
 from chrmc.cli.names import settings
 from chrmc.compensation import COMPENSATIONS
 from chrmc.scene.load import BUILT_IN
+from chrmc.store.summary import STAGES, summary
 from chrmc.store.video import open_video
-from chrmc.summary import STAGES, summary
 
 ROOT = Path(__file__).parents[3]
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from chrmc.encoding import coding_for
 from chrmc.files import replacing
-from chrmc.inspection import MM, Optics, occupied
+from chrmc.inspection.report import MM, Optics, occupied
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
 
