@@ -17,7 +17,7 @@ from chrmc.store.video import open_video
 
 ROOT = Path(__file__).parents[3]
 SMALL = ["--slm", "192x120:81um", "--cgh", "rt", "--compensation", "none", "--check-pixels", "0"]
-GENERATE = ["generate", "car-house", "--out", "v", "--frames", "1:4", *SMALL]
+GENERATE = ["generate", "car-house", "--out", "v", "--frames", "1:40", *SMALL]
 
 
 def started(
@@ -62,14 +62,14 @@ def test_a_video_that_is_cut_off_is_whole_as_far_as_it_goes_and_goes_on(
         assert len(told.split("\n")) <= 3 and "kept" in told
         assert not list(tmp_path.rglob("*.partial*"))
         found = open_video(tmp_path / "v")
-        assert 2 <= len(found) < 4
+        assert 2 <= len(found) < 40
         assert {p.name for p in (tmp_path / "v").glob("frame_*")} == {
             str(f["file"]) for f in found.frames
         }
     kept = {p.name: sha256(p) for p in (tmp_path / "v").glob("frame_*.tif")}
     assert ended(started(GENERATE, tmp_path))[0] == 0
     whole = open_video(tmp_path / "v")
-    assert whole.numbers == [1, 2, 3, 4]
+    assert whole.numbers == list(range(1, 41))
     for frame in whole.frames:
         assert sha256(tmp_path / "v" / frame["file"]) == frame["sha256"]
         assert kept.get(str(frame["file"]), frame["sha256"]) == frame["sha256"]
