@@ -131,7 +131,8 @@ def test_an_option_that_others_have_is_answered_with_their_names(
 
 def test_video_methods_answer_likewise() -> None:
     scene = load_scene("car-house")
-    with pytest.raises(ValueError, match="'rekey_every'; it takes tolerance, reuse; ch-rmc-paper has it"):
+    said = "'rekey_every'; it takes tolerance, reuse; ch-rmc-paper has it"
+    with pytest.raises(ValueError, match=said):
         chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc-object", rekey_every=3)
 
 
