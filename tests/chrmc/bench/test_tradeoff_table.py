@@ -123,6 +123,7 @@ def test_command_writes_table_and_plot(tmp_path: Path, capsys: pytest.CaptureFix
     assert (out / "tradeoff.png").read_bytes()[:4] == b"\x89PNG"
 
 
+@pytest.mark.long
 def test_a_killed_run_is_continued_by_the_same_command(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

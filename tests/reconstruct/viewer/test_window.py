@@ -258,6 +258,7 @@ def test_escape_closes_what_is_open_and_never_the_window(start, video):
     leave(viewer)
 
 
+@pytest.mark.long
 def test_a_path_is_typed_to_open_another_video(start, video, tmp_path):
     other = shutil.copytree(video, tmp_path / "other")
     viewer = start(video)
