@@ -23,7 +23,7 @@ _LINES = 28  # rows, and columns, of the lattice that pixels are drawn from, abo
 _LEAST = 4  # of them in each run of an axis: edges are narrow
 _PIXELS = (4, 128)  # that are drawn: few where points are many
 _WAVES = 20_000  # points times pixels, about
-_MORE = 10  # times as many pixels, where few leave it open
+_MORE = 4  # times as many pixels, where few leave it open
 _OPEN = 0.75  # of the tolerance: where it is left open; so it is at twice what was expected
 SURE = 0.9
 """Share of the tolerance up to which the error on some pixels is taken as kept on all."""
