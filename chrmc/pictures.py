@@ -1,7 +1,8 @@
-"""Pictures through OpenImageIO, with every return value looked at: the one place that writes them,
-and the reader of 8-bit grey ones."""
+"""Pictures through OpenImageIO, with every return value looked at: the one place that opens
+and writes them, and the reader of 8-bit grey ones."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -67,19 +68,28 @@ MOST_PIXELS = 1 << 28
 """Of a picture: a header may claim any size, and memory is given on its word."""
 
 
-def read_grey(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.uint8]:
-    """(H, W) uint8 of an 8-bit picture that is grey; OSError or ValueError in one line.
-
-    shape : what it must have, looked at before anything is decoded
-    """
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """A picture's OpenImageIO reader, closed in the end; OSError in one line."""
     import OpenImageIO as oiio
 
     if not path.is_file():
         raise FileNotFoundError(f"{path} is missing")
     source = oiio.ImageInput.open(str(path))
     if source is None:
-        raise OSError(f"{path} cannot be read: {oiio.geterror().strip()}")
+        raise OSError(f"{path} cannot be read: {' '.join(oiio.geterror().split())[:160]}")
     try:
+        yield source
+    finally:
+        source.close()
+
+
+def read_grey(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.uint8]:
+    """(H, W) uint8 of an 8-bit picture that is grey; OSError or ValueError in one line.
+
+    shape : what it must have, looked at before anything is decoded
+    """
+    with opened(path) as source:
         spec = source.spec()
         if spec.width * spec.height * spec.nchannels > MOST_PIXELS:
             raise ValueError(f"{path} says it has {spec.width} × {spec.height} pixels: too many")
@@ -94,8 +104,6 @@ def read_grey(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.ui
             # A decoder may complain of every strip: the first complaint tells.
             complaint = (source.geterror().strip().splitlines() or ["it cannot be decoded"])[0]
             raise OSError(f"{path} is damaged: {complaint}")
-    finally:
-        source.close()
     levels = np.asarray(pixels, dtype=np.uint8).reshape(spec.height, spec.width, spec.nchannels)
     colours = levels[:, :, : min(3, spec.nchannels)] if spec.nchannels != 2 else levels[:, :, :1]
     if not (colours == colours[:, :, :1]).all():

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.pictures import write_pixels
+from chrmc.pictures import opened, write_pixels
 
 SUFFIXES = (".png", ".exr")
 
@@ -105,23 +105,14 @@ def _write(path: Path, pixels: NDArray[Any], kind: str, note: dict[str, Any]) ->
 
 def read_image(path: str | Path) -> tuple[NDArray[np.float32], dict[str, Any]]:
     """(h, w) values and metadata of a written image; PNG levels come back as they are."""
-    import OpenImageIO as oiio
-
     path = Path(path)
-    if not path.is_file():
-        raise FileNotFoundError(f"{path} is missing")
-    source = oiio.ImageInput.open(str(path))
-    if source is None:
-        raise OSError(f"{path} cannot be read: {oiio.geterror().strip()}")
-    try:
+    with opened(path) as source:
         spec = source.spec()
         kind = str(spec.format) if str(spec.format) in ("uint8", "uint16") else "float"
         pixels = source.read_image(format=kind)
         if pixels is None:
             raise OSError(f"{path} is damaged: {source.geterror().strip()}")
         note = spec.get_string_attribute("ImageDescription", "")
-    finally:
-        source.close()
     values = np.asarray(pixels, dtype=np.float32).reshape(spec.height, spec.width, spec.nchannels)
     try:
         metadata = json.loads(note) if note else {}

@@ -5,19 +5,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.pictures import opened
+
 MOST_PIXELS = 100_000_000
 
 
 def read_samples(path: Path) -> NDArray[np.unsignedinteger]:
     """(H, W, C) of 8 or 16 bits; OSError or ValueError in one line."""
-    import OpenImageIO as oiio
-
-    if not path.is_file():
-        raise FileNotFoundError(f"{path} is missing")
-    source = oiio.ImageInput.open(str(path))
-    if source is None:
-        raise OSError(f"{path} cannot be read: {' '.join(oiio.geterror().split())[:160]}")
-    try:
+    with opened(path) as source:
         spec = source.spec()
         if spec.width * spec.height > MOST_PIXELS:
             raise ValueError(f"{path} has {spec.width} × {spec.height} pixels: shrink it first")
@@ -26,6 +21,4 @@ def read_samples(path: Path) -> NDArray[np.unsignedinteger]:
         if pixels is None:
             error = " ".join(source.geterror().split())[:160]
             raise OSError(f"{path} is damaged or cut short: {error}")
-    finally:
-        source.close()
     return np.asarray(pixels).reshape(spec.height, spec.width, spec.nchannels)
