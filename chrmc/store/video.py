@@ -188,8 +188,18 @@ class GroupWriter:
         return self.folder / f"group_{self.first:06d}.json"
 
     def add(self, record: FrameRecord, levels: NDArray[np.uint8]) -> None:
-        """Store one frame; its record follows within `SAVE_INTERVAL` or with `save`."""
-        self.entries[record.number] = store_frame(self.folder, record, levels, self.suffix)
+        """Store one frame with its entry; interrupted, neither. The record follows within
+        `SAVE_INTERVAL` or with `save`."""
+        _still_there(self.folder)
+        number, path = record.number, self.folder / f"frame_{record.number:04d}{self.suffix}"
+        try:
+            write_grey(path, levels)
+            named = {"number": number, "file": path.name, "sha256": sha256(path)}
+            self.entries[number] = named | asdict(record)
+        except BaseException:
+            if number not in self.entries:
+                path.unlink(missing_ok=True)
+            raise
         if time.monotonic() - self._saved > SAVE_INTERVAL:
             self.save()
 
@@ -200,16 +210,6 @@ class GroupWriter:
             frames = [self.entries[n] for n in sorted(self.entries)]
             write_json(self.path, {"made_on": arithmetic(), "frames": frames})
             self._saved = time.monotonic()
-
-
-def store_frame(
-    folder: Path, record: FrameRecord, levels: NDArray[np.uint8], suffix: str = ".tif"
-) -> Entry:
-    """Write one frame; its entry for the manifest."""
-    _still_there(folder)
-    path = folder / f"frame_{record.number:04d}{suffix}"
-    write_grey(path, levels)
-    return {"number": record.number, "file": path.name, "sha256": sha256(path)} | asdict(record)
 
 
 def _still_there(folder: Path) -> None:
@@ -248,11 +248,6 @@ class VideoWriter:
             sweep(self.folder)
         self.folder.mkdir(parents=True, exist_ok=True)
 
-    def add(self, record: FrameRecord, levels: NDArray[np.uint8]) -> None:
-        """Store one frame and its record."""
-        self.entries[record.number] = store_frame(self.folder, record, levels, self.suffix)
-        self.save_when_due()
-
     def take_in(self) -> list[Path]:
         """Take in the records of groups; their paths."""
         paths = group_records(self.folder)
@@ -278,11 +273,6 @@ class VideoWriter:
     def due(self) -> bool:
         """Whether the manifest was saved so long ago that it may be again."""
         return time.monotonic() - self._saved > self._pause
-
-    def save_when_due(self) -> None:
-        """Write the manifest if it is due."""
-        if self.due:
-            self.save()
 
     def save(self) -> None:
         """Write the manifest of all frames so far."""

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+import chrmc.store.video as video_module
 from chrmc.files import replacing, sha256, write_json
 from chrmc.pictures import read_grey, write_grey
 from chrmc.record import FrameRecord
 from chrmc.slm import SLM
-from chrmc.store.video import FORMAT, MANIFEST, VideoWriter, open_video, ranges, remove_video
+from chrmc.store.video import FORMAT, MANIFEST, GroupWriter, VideoWriter, open_video, ranges, remove_video
 
 PANEL = SLM("test", 48, 31, 8e-6)
 
@@ -29,16 +30,22 @@ def description(**changes: Any) -> dict[str, Any]:
     } | changes
 
 
+def stored(folder: Path, *numbers: int, suffix: str = ".tif") -> None:
+    """A video of these frames, as a run leaves it."""
+    video, group = VideoWriter(folder, description(), suffix), GroupWriter(folder, 1, suffix)
+    for n in numbers:
+        group.add(FrameRecord(n, points_computed=n), levels(n))
+    group.save()
+    video.collect()
+
+
 def levels(seed: int) -> np.ndarray:
     return np.random.default_rng(seed).integers(0, 256, PANEL.shape, dtype=np.uint8)
 
 
 @pytest.mark.parametrize("suffix", [".tif", ".png"])
 def test_frames_come_back_to_the_bit(tmp_path: Path, suffix: str) -> None:
-    writer = VideoWriter(tmp_path / "v", description(), suffix)
-    for n in (3, 4):
-        writer.add(FrameRecord(n, points_computed=n), levels(n))
-    writer.save()
+    stored(tmp_path / "v", 3, 4, suffix=suffix)
     video = open_video(tmp_path / "v")
     assert video.numbers == [3, 4]
     assert video.slm == PANEL
@@ -51,19 +58,33 @@ def test_frames_come_back_to_the_bit(tmp_path: Path, suffix: str) -> None:
 
 
 def test_a_stopped_run_keeps_whole_frames_and_drops_damaged_ones(tmp_path: Path) -> None:
-    writer = VideoWriter(tmp_path, description())
-    for n in (1, 2, 3):
-        writer.add(FrameRecord(n), levels(n))
-    writer.save()
+    stored(tmp_path, 1, 2, 3)
     file = tmp_path / "frame_0002.tif"
     file.write_bytes(file.read_bytes()[:-100])
     assert sorted(VideoWriter(tmp_path, description()).entries) == [1, 3]
 
 
+@pytest.mark.parametrize("moment", ["write_grey", "sha256", "asdict"])
+def test_an_interrupt_leaves_no_frame_unlisted(
+    tmp_path: Path, moment: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stored(tmp_path, 1)
+    group = GroupWriter(tmp_path, 2)
+    real = getattr(video_module, moment)
+
+    def interrupted(*arguments: Any) -> None:
+        real(*arguments)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(video_module, moment, interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        group.add(FrameRecord(2), levels(2))
+    assert [p.name for p in tmp_path.glob("frame_*")] == ["frame_0001.tif"]
+    assert open_video(tmp_path).numbers == [1]
+
+
 def test_a_folder_of_another_video_is_refused_and_left_alone(tmp_path: Path) -> None:
-    writer = VideoWriter(tmp_path, description())
-    writer.add(FrameRecord(1), levels(1))
-    writer.save()
+    stored(tmp_path, 1)
     before = (tmp_path / MANIFEST).read_bytes()
     with pytest.raises(ValueError, match="another video"):
         VideoWriter(tmp_path, description(scale=4.0))
@@ -117,9 +138,7 @@ def test_a_manifest_cannot_point_outside_its_folder(tmp_path: Path) -> None:
 
 
 def test_a_frame_of_the_wrong_size_is_refused(tmp_path: Path) -> None:
-    writer = VideoWriter(tmp_path, description())
-    writer.add(FrameRecord(1), levels(1))
-    writer.save()
+    stored(tmp_path, 1)
     write_grey(tmp_path / "frame_0001.tif", np.zeros((5, 7), np.uint8))
     with pytest.raises(ValueError, match="7 × 5 pixels; 48 × 31 are needed"):
         open_video(tmp_path).read(1)

@@ -9,7 +9,7 @@ from chrmc import SLM, PointCloud, compute_field
 from chrmc.encoding import coding_for
 from chrmc.grey_levels import encode
 from chrmc.record import FrameRecord
-from chrmc.store.video import FORMAT, VideoWriter
+from chrmc.store.video import FORMAT, GroupWriter, VideoWriter
 
 P, LAMBDA = 8.1e-6, 532e-9
 SLM_ = SLM("small", 256, 256, P)
@@ -36,7 +36,7 @@ def video(tmp_path_factory):
         "encoding": "ssb",
         "scale": SCALE,
     }
-    writer = VideoWriter(folder, description)
+    writer, group = VideoWriter(folder, description), GroupWriter(folder, 1)
     band = coding_for("ssb", SLM_).passband
     for number in (1, 2, 3):
         cloud = cloud_of(number) if number < 3 else PointCloud.empty()
@@ -48,6 +48,7 @@ def video(tmp_path_factory):
             thing["box"] = [p.min(axis=0).tolist(), p.max(axis=0).tolist()]
         record.objects = [thing]
         field = compute_field(cloud, SLM_, LAMBDA, passband=band, method="rt")
-        writer.add(record, encode(field, SLM_, scale=SCALE))
-    writer.save()
+        group.add(record, encode(field, SLM_, scale=SCALE))
+    group.save()
+    writer.collect()
     return folder
