@@ -109,14 +109,9 @@ def linear(srgb: ArrayLike) -> NDArray[np.float64]:
     return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
 
 
-def luminance(srgb: ArrayLike) -> NDArray[np.float64]:
-    """(…,) linear luminance of (…, 3) sRGB colours, both 0 … 1."""
-    return np.asarray(linear(srgb) @ LUMINANCE)
-
-
 def hue(rgb: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """(N, 3) linear colours brought to luminance 1, black to white; None where all are grey."""
+    """(…, 3) linear colours brought to luminance 1, black to white; None where all are grey."""
     light = rgb @ LUMINANCE
     dark = light <= 0
-    found = np.where(dark[:, None], 1.0, rgb / np.where(dark, 1, light)[:, None])
-    return None if np.ptp(found, axis=1).max(initial=0) < 1e-3 else found
+    found = np.where(dark[..., None], 1.0, rgb / np.where(dark, 1, light)[..., None])
+    return None if np.ptp(found, axis=-1).max(initial=0) < 1e-3 else found

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.colour import LUMINANCE, hue
 from chrmc.pictures import write_pixels
 from chrmc.scene.rgbd import RGBDFrame
 
@@ -15,8 +16,6 @@ DEPTH_NAMES = ("z", "depth")
 ID_NAMES = ("id", "object_id", "objectid", "object", "indexob")
 COLOUR_NAMES = (("r", "red"), ("g", "green"), ("b", "blue"))
 PICTURE_LAYERS = {"combined", "beauty", "rgba", "image"}
-# Rec. 709 luminance of linear red, green and blue.
-LUMINANCE = (0.2126, 0.7152, 0.0722)
 ALPHA_NAMES = ("a", "alpha")
 NO_HIT = 1e9
 """Metres from which on a depth means that nothing was there: renderers write 1e10."""
@@ -25,7 +24,8 @@ HALF_EXACT = 2048
 
 
 def write_exr(path: Path, frame: RGBDFrame) -> None:
-    """Write channels Y (float), Z (float, metres) and id; whole or not at all.
+    """Write channels Y (float), Z (float, metres), id, and R, G, B (float) of what has colours;
+    whole or not at all.
 
     Ids are half where that is exact, else float. Raises OSError when writing fails.
     """
@@ -33,10 +33,13 @@ def write_exr(path: Path, frame: RGBDFrame) -> None:
     if largest > 2**24:
         raise ValueError(f"{path.name}: object id {largest} does not fit a float; number from 1")
     ids = "half" if largest <= HALF_EXACT else "float"
-    pixels = np.stack([frame.intensity, frame.depth, frame.object_id], axis=2).astype(np.float32)
-    write_pixels(
-        path, pixels, "float", ("Y", "Z", "id"), ("float", "float", ids), {"compression": "zip"}
-    )
+    parts = [frame.intensity, frame.depth, frame.object_id]
+    names, kinds = ["Y", "Z", "id"], ["float", "float", ids]
+    if frame.colour is not None:
+        parts += list(np.moveaxis(frame.colour * frame.intensity[:, :, None], 2, 0))
+        names, kinds = [*names, "R", "G", "B"], [*kinds, "float", "float", "float"]
+    pixels = np.stack(parts, axis=2).astype(np.float32)
+    write_pixels(path, pixels, "float", names, kinds, {"compression": "zip"})
 
 
 MOST_PIXELS = 1 << 26
@@ -46,7 +49,8 @@ MOST_PIXELS = 1 << 26
 def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
     """The frame in a file of any tool, and whether it has object ids (else all are 0).
 
-    Intensity is a channel named Y, I, intensity, grey or luminance, or the luminance of R, G, B;
+    Intensity is a channel named Y, I, intensity, grey or luminance, or the luminance of R, G, B,
+    whose colour the frame keeps;
     depth Z or depth, in metres, 1e9 and more for background; alpha 0 is background too; ids id or
     object_id. Case and layers (`view.Depth.Z`) do not
     matter. A cropped data window is put in its place. Raises OSError for a file that cannot be
@@ -69,8 +73,11 @@ def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
                 "add the depth in metres"
             )
         identity = find_channel(names, ID_NAMES)
-        weights = _intensity_weights(names, exclude={depth, identity})
-        if not weights:
+        free = ["" if index in {depth, identity} else name for index, name in enumerate(names)]
+        grey = find_channel(free, INTENSITY_NAMES)
+        found = [find_channel(free, pair) for pair in COLOUR_NAMES]
+        colours = [index for index in found if index is not None]
+        if grey is None and len(colours) < 3:
             raise ValueError(
                 f"{path} has channels {', '.join(names)}, no Y, intensity or R, G, B: "
                 "add the intensity"
@@ -80,7 +87,12 @@ def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
             _, part, index = channels[channel]
             return _read_channel(source, part, index, path)
 
-        intensity = sum(w * pixels(c) for c, w in weights)
+        colour = None
+        if len(colours) == 3:
+            rgb = np.stack([pixels(c) for c in colours], axis=2).astype(np.float64)
+            # What a renderer's wide gamut leaves negative, or lost, is no hue.
+            colour = hue(np.where(np.isfinite(rgb), rgb, 0).clip(0))
+        intensity = rgb @ LUMINANCE if grey is None else pixels(grey)
         z = pixels(depth)
         # Nothing was hit, or the pixel is transparent: background, whatever its colour.
         intensity = np.where(np.isfinite(z) & (z >= NO_HIT), 0, intensity)
@@ -89,7 +101,7 @@ def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
             intensity = np.where(pixels(alpha) > 0, intensity, 0)
         object_id = np.zeros(z.shape, np.int32) if identity is None else pixels(identity)
         try:
-            frame = RGBDFrame(np.asarray(intensity, dtype=np.float32), z, object_id)
+            frame = RGBDFrame(np.asarray(intensity, dtype=np.float32), z, object_id, colour)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
         return frame, identity is not None
@@ -123,17 +135,6 @@ def find_channel(names: Sequence[str], wanted: Sequence[str]) -> int | None:
     # Renderers write a layer's only channel as `view.Depth.V` or `IndexOB.X`.
     found = ranked(1) or ranked(2)
     return found[0][3] if found else None
-
-
-def _intensity_weights(names: Sequence[str], exclude: set[int | None]) -> list[tuple[int, float]]:
-    """Channels that add up to the intensity, with their weights."""
-    free = ["" if index in exclude else name for index, name in enumerate(names)]
-    single = find_channel(free, INTENSITY_NAMES)
-    if single is not None:
-        return [(single, 1.0)]
-    colours = [find_channel(free, pair) for pair in COLOUR_NAMES]
-    found = [(c, w) for c, w in zip(colours, LUMINANCE, strict=True) if c is not None]
-    return found if len(found) == 3 else []
 
 
 def _channels(source: Any, path: Path) -> list[tuple[str, int, int]]:

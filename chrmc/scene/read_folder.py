@@ -2,6 +2,7 @@
 
 import re
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -82,7 +83,7 @@ def _read_frame(path: Path, description: Description) -> tuple[RGBDFrame, bool]:
         if description.planes is not None:
             depth = np.zeros(frame.shape)
             depth[lit] = description.planes.snap(frame.depth[lit])
-            frame = RGBDFrame(frame.intensity, depth, frame.object_id)
+            frame = replace(frame, depth=depth)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     return frame, has_ids

@@ -68,6 +68,7 @@ class RGBDFrame:
     intensity : (H, W) float32, ≥ 0; 0 is background
     depth : (H, W) float64 metres, finite and > 0 where lit; what it says elsewhere is ignored
     object_id : (H, W) int32 ≥ 0, which object a lit pixel belongs to
+    colour : (H, W, 3) float32 ≥ 0, linear sRGB of the light relative to white, or None for white
 
     Raises ValueError for anything else.
     """
@@ -75,6 +76,7 @@ class RGBDFrame:
     intensity: NDArray[np.float32]
     depth: NDArray[np.float64]
     object_id: NDArray[np.int32]
+    colour: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         intensity = np.asarray(self.intensity, dtype=np.float32)
@@ -109,6 +111,16 @@ class RGBDFrame:
             "object id is not in 0 … 2³¹ − 1",
             "number the objects from 1",
         )
+        if self.colour is not None:
+            colour = np.asarray(self.colour, dtype=np.float32)
+            if colour.shape != (*intensity.shape, 3):
+                raise ValueError(f"colour is {colour.shape}, but intensity {intensity.shape}")
+            _refuse(
+                ~((colour >= 0) & np.isfinite(colour)).all(axis=2),
+                "colour is negative or not finite",
+                "write linear red, green and blue ≥ 0",
+            )
+            object.__setattr__(self, "colour", colour)
         object.__setattr__(self, "intensity", intensity)
         object.__setattr__(self, "depth", depth)
         object.__setattr__(self, "object_id", np.where(lit, object_id, 0).astype(np.int32))
@@ -177,6 +189,7 @@ def frame_to_cloud(
         np.stack([x[columns], y[rows], frame.depth[chosen]], axis=1),
         np.sqrt(frame.intensity[chosen].astype(np.float64)),
         np.zeros(len(rows)) if phases is None else phases[chosen],
+        None if frame.colour is None else frame.colour[chosen],
     )
 
 
@@ -215,4 +228,8 @@ def clouds_to_frame(
     intensity[at] = cloud.intensity[order]
     z[at] = depth[order]
     object_id[at] = owner[order]
-    return RGBDFrame(intensity, z, object_id)
+    colour = None
+    if cloud.colour is not None:
+        colour = np.ones((*shape, 3), np.float32)
+        colour[at] = cloud.colour[order]
+    return RGBDFrame(intensity, z, object_id, colour)

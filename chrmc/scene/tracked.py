@@ -30,6 +30,7 @@ class _Body:
 
     positions: list[NDArray[np.float64]] = field(default_factory=list)
     amplitude: list[NDArray[np.float64]] = field(default_factory=list)
+    colour: list[NDArray[np.float64]] = field(default_factory=list)
     shown: list[NDArray[np.intp]] = field(default_factory=list)
 
     def cloud(self, phases: np.random.Generator) -> PointCloud:
@@ -37,7 +38,11 @@ class _Body:
             return PointCloud.concatenate([])
         positions = np.concatenate(self.positions)
         phase = phases.uniform(0, 2 * np.pi, len(positions))
-        return PointCloud(positions, np.concatenate(self.amplitude), phase)
+        colour = np.concatenate(self.colour)
+        white = not np.ptp(colour, axis=1).any()
+        return PointCloud(
+            positions, np.concatenate(self.amplitude), phase, None if white else colour
+        )
 
     def see(self, cloud: PointCloud, pose: Pose, pitch: float, depth: float) -> None:
         """Book a frame: its points known again, the others added."""
@@ -49,6 +54,8 @@ class _Body:
         added = (cloud.positions[fresh] - pose.translation) @ pose.rotation
         self.positions.append(added)
         self.amplitude.append(cloud.amplitude[fresh])
+        colour = np.ones((len(cloud), 3)) if cloud.colour is None else cloud.colour
+        self.colour.append(colour[fresh])
         new = np.arange(len(known), len(known) + len(added))
         self.shown.append(np.concatenate([np.sort(point), new]))
 

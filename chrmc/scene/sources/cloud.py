@@ -56,7 +56,7 @@ def cloud_of(
 def read_cloud(path: Path) -> Model:
     """A cloud as columns x, y, z and more, or an .npz with `positions`.
 
-    Columns go by a header's names (x y z, amplitude or intensity or r g b, phase), else by their
+    Columns go by a header's names (x y z, amplitude or intensity, r g b, phase), else by their
     number: x y z, x y z intensity, x y z r g b. Lines of NaN are left out, and counted.
     """
     if not path.is_file():
@@ -140,7 +140,7 @@ def _columns(path: Path, names: list[str], width: int) -> dict[str, int]:
     for key, called in _NAMES.items():
         find_column(column, names, key, called)
     colours = [next((names.index(c) for c in pair if c in names), None) for pair in _COLOURS]
-    if "amplitude" not in column and "intensity" not in column and None not in colours:
+    if None not in colours:
         column.update(zip(("red", "green", "blue"), (c or 0 for c in colours), strict=True))
     return column
 
@@ -156,7 +156,7 @@ def find_column(
 
 
 def read_npz(path: Path) -> Model:
-    """An .npz with positions (N, 3), and amplitude, intensity or colours, and phase, if there."""
+    """Positions (N, 3), and amplitude or intensity, sRGB colors and phase, if they are there."""
     arrays = load_arrays(path)
     if "positions" not in arrays:
         raise ValueError(f"{path} holds {', '.join(arrays) or 'nothing'}; positions are needed")
@@ -165,8 +165,9 @@ def read_npz(path: Path) -> Model:
     }
     if "amplitude" in light:
         light.pop("intensity", None)
-    if not light.keys() & {"amplitude", "intensity"} and "colors" in arrays:
-        colour = np.asarray(arrays["colors"], np.float64)[:, :3]
+    shown = next((k for k in ("colors", "colours") if k in arrays), None)
+    if shown is not None:
+        colour = np.asarray(arrays[shown], np.float64)[:, :3]
         light["colour"] = colour / (255 if colour.max(initial=0) > 1 else 1)
     try:
         return Model({path.stem: cloud_of(arrays["positions"], **light)})

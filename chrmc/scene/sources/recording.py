@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.colour import luminance
+from chrmc.colour import LUMINANCE, hue, linear
 from chrmc.files import read_json
 from chrmc.scene.exr import read_exr
 from chrmc.scene.points import PointCloud
@@ -101,8 +101,9 @@ def read_recording(folder: Path, slm: SLM, wavelength: float | None = None) -> C
     partner is left out, and said.
     """
     pairs, notes = _pairs(folder)
-    camera = _camera(folder, _read(pairs[0])[1].shape)
-    first = _positions(*_read(pairs[0]), camera)[0]
+    light, depth, _ = _read(pairs[0])
+    camera = _camera(folder, depth.shape)
+    first, _ = _positions(light, depth, camera)
     if not len(first):
         raise ValueError(f"{pairs[0][1]} has no pixel with a depth: nothing to show")
     low, high = np.percentile(first, [1, 99], axis=0)
@@ -124,11 +125,13 @@ def read_recording(folder: Path, slm: SLM, wavelength: float | None = None) -> C
     )
 
     def read(number: int) -> dict[str, PointCloud]:
-        colour, depth = _read(pairs[number - 1])
-        positions, light, index = _positions(colour, depth, camera, step)
+        light, depth, colour = _read(pairs[number - 1])
+        positions, index = _positions(light, depth, camera, step)
         phases = np.random.default_rng(SEED).uniform(0, 2 * np.pi, depth.shape)
+        shown = None if colour is None else colour[index]
         # Lambert: a pixel's light is what its solid angle sends, whatever its distance.
-        return {folder.name: PointCloud(offset + scale * positions, np.sqrt(light), phases[index])}
+        cloud = PointCloud(offset + scale * positions, np.sqrt(light[index]), phases[index], shown)
+        return {folder.name: cloud}
 
     return CloudScene(
         name=folder.resolve().name,
@@ -284,11 +287,15 @@ def _found(folder: Path) -> tuple[dict[float, Path], dict[float, Path]]:
     return kinds[False], kinds[True]
 
 
-def _read(pair: Pair) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(H, W) light and (H, W) depth in the file's unit."""
+Pictures = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64] | None]
+
+
+def _read(pair: Pair) -> Pictures:
+    """(H, W) light, (H, W) depth in the file's unit, and (H, W, 3) hue, None of grey."""
     if pair[0].suffix.lower() == ".exr":
         frame, _ = read_exr(pair[0])
-        return frame.intensity.astype(np.float64), np.where(frame.lit, frame.depth, 0)
+        colour = None if frame.colour is None else frame.colour.astype(np.float64)
+        return frame.intensity.astype(np.float64), np.where(frame.lit, frame.depth, 0), colour
     samples, raw = read_samples(pair[0]), read_samples(pair[1])
     if raw.dtype != np.uint16:
         raise ValueError(f"{pair[1]} has 8 bits; depth pictures have 16")
@@ -297,15 +304,16 @@ def _read(pair: Pair) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
             f"{pair[0].name} has {samples.shape[1]} × {samples.shape[0]} pixels, {pair[1].name} "
             f"{raw.shape[1]} × {raw.shape[0]}: align colour and depth first"
         )
-    colour = samples[:, :, :3] if samples.shape[2] >= 3 else np.repeat(samples[:, :, :1], 3, 2)
-    light = luminance(colour / np.iinfo(samples.dtype).max)
-    return light, raw[:, :, 0].astype(np.float64)
+    coloured = samples.shape[2] >= 3
+    rgb = linear(samples[:, :, : 3 if coloured else 1] / np.iinfo(samples.dtype).max)
+    light = rgb @ LUMINANCE if coloured else rgb[:, :, 0]
+    return light, raw[:, :, 0].astype(np.float64), hue(rgb) if coloured else None
 
 
 def _positions(
     light: NDArray[np.float64], depth: NDArray[np.float64], camera: Camera, step: int = 1
-) -> tuple[NDArray[np.float64], NDArray[np.float64], Any]:
-    """(N, 3) metres in the camera's axes (x right, y down), (N,) light, and the pixels."""
+) -> tuple[NDArray[np.float64], Any]:
+    """(N, 3) metres in the camera's axes (x right, y down), and the pixels."""
     known = (depth > 0) & (depth != 65535) & (light > 0)
     # A pixel far from both neighbours of a row or column lies between two surfaces.
     for axis in (0, 1):
@@ -315,4 +323,4 @@ def _positions(
     kept = np.zeros_like(known)
     kept[::step, ::step] = True
     v, u = np.nonzero(known & kept)
-    return camera.place(u, v, depth[v, u]), light[v, u], (v, u)
+    return camera.place(u, v, depth[v, u]), (v, u)

@@ -14,7 +14,6 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.colour import hue
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
 from chrmc.scene.rgbd import DepthPlanes, RGBDFrame
@@ -107,11 +106,10 @@ class Cast:
 
     def _sampled(self, name: str, surface: Surface, seed: int) -> Sampled:
         face, weights = sample(surface, self.spacing, seed, self._ever_facing(name, surface))
-        light = brightness(surface, face, weights, self.lamp, self.pose(name, 1).rotation)
+        rotation = self.pose(name, 1).rotation
+        light, colour = brightness(surface, face, weights, self.lamp, rotation)
         phase = np.random.default_rng([seed, 1]).uniform(0, 2 * np.pi, len(face))
         amplitude = np.sqrt(light) * self.spacing / MILLIMETRE
-        paint = surface.paint(face, weights)
-        colour = hue(np.clip(paint, 0, None)) if paint.ndim == 2 else None
         cloud = PointCloud(surface.at(face, weights), amplitude, phase, colour)
         lit = amplitude > 0
         return Sampled(cloud.select(lit), surface, face[lit], weights[lit])

@@ -32,6 +32,7 @@ def draw_picture(
     _, face = buffer.draw(place, shape)
     intensity, depth = np.zeros(shape, np.float32), np.zeros(shape)
     object_id = np.zeros(shape, np.int32)
+    colours = None
     for k, (name, surface) in enumerate(surfaces.items()):
         rows, columns = np.nonzero((face >= owner[k]) & (face < owner[k + 1]))
         mine = (face[rows, columns] - owner[k]).astype(np.intp)
@@ -39,14 +40,17 @@ def draw_picture(
         world = cast.pose(name, number).apply(vertices)[surface.faces[mine]]
         weights = _weights(world, x[columns], y[rows])
         rotation = cast.pose(name, 1).rotation
-        light = brightness(surface, mine, weights, cast.lamp, rotation)
+        light, colour = brightness(surface, mine, weights, cast.lamp, rotation)
         intensity[rows, columns] = light
+        if colour is not None:
+            colours = np.ones((*shape, 3), np.float32) if colours is None else colours
+            colours[rows, columns] = colour
         depth[rows, columns] = np.einsum("nk,nk->n", weights, world[:, :, 2])
         object_id[rows, columns] = k + 1
     lit = intensity > 0
     if planes is not None:
         depth[lit] = planes.snap(depth[lit])
-    return RGBDFrame(intensity, np.where(lit, depth, 0), object_id)
+    return RGBDFrame(intensity, np.where(lit, depth, 0), object_id, colours)
 
 
 def _weights(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.colour import LUMINANCE
+from chrmc.colour import LUMINANCE, hue
 from chrmc.scene.surface.surface import Surface
 
 
@@ -42,13 +42,15 @@ def brightness(
     weights: NDArray[np.float64],
     lamp: Lamp | None,
     rotation: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """(N,) luminance of the paint · shading at barycentric places; `lamp` None for unlit.
+) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    """(N,) luminance of the paint · shading at barycentric places, and (N, 3) its colour or None.
 
+    lamp : None for unlit
     rotation : (3, 3) body to scene in the pose in which the lamp's light is fixed to the body
     """
     paint = np.clip(surface.paint(face, weights), 0, None)
     grey: NDArray[np.float64] = paint @ LUMINANCE if paint.ndim == 2 else paint
+    colour = hue(paint) if paint.ndim == 2 else None
     if lamp is None:
-        return grey
-    return grey * lamp.shade(surface.normal_at(face, weights) @ rotation.T)
+        return grey, colour
+    return grey * lamp.shade(surface.normal_at(face, weights) @ rotation.T), colour

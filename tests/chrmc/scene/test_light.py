@@ -1,5 +1,6 @@
 """One scene, several lasers: a further colour channel is a further wavelength."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,10 @@ import pytest
 import chrmc
 import display
 import reconstruct
+from chrmc.pictures import write_pixels
+from chrmc.scene.folder import write_scene
+from chrmc.scene.rgbd_scene import rasterised
+from chrmc.scene.sources.export import write_export
 
 PANEL = chrmc.SLM("small", 96, 64, 8.1e-6)
 FOUR = (638e-9, 577e-9, 532e-9, 450e-9)
@@ -81,6 +86,63 @@ def test_colours_of_files_reach_the_lasers(tmp_path: Path) -> None:
     side = np.sign(red.positions[:, 0])
     assert red.intensity[side < 0].sum() > 5 * red.intensity[side > 0].sum()
     assert blue.intensity[side > 0].sum() > 5 * blue.intensity[side < 0].sum()
+    pictured = chrmc.load_scene(tmp_path / "ball.ply", "rgbd").frame(1).cloud
+    assert pictured.colour is not None
+    for sign, dark in ((-1, 2), (1, 0)):  # away from the seam, whose triangles are mixed
+        assert pictured.colour[sign * pictured.positions[:, 0] > 3e-4, dark].max() < 1e-3
+
+
+def halves(path: Path, kind: str) -> None:
+    """A scene of some kind whose left half is red and whose right half is blue."""
+    rgb = np.zeros((40, 60, 3), np.uint8)
+    rgb[:, :30, 0], rgb[:, 30:, 2] = 255, 255
+    depth = np.full((40, 60, 1), 1000, np.uint16)
+    x, y = (v.ravel() / 60 for v in np.meshgrid(np.arange(60), np.arange(40)))
+    if kind == "camera":
+        (path / "rgb").mkdir(parents=True)
+        (path / "depth").mkdir()
+        write_pixels(path / "rgb" / "1.png", rgb, "uint8")
+        write_pixels(path / "depth" / "1.png", depth, "uint16")
+        (path / "camera.json").write_text('{"fx": 60, "fy": 60, "cx": 29.5, "cy": 19.5}')
+    elif kind in ("renderer", "folder", "followed"):
+        path.mkdir()
+        pixels = np.concatenate([rgb / 255, 0.25 * depth / 1000], axis=2).astype(np.float32)
+        write_pixels(path / "frame_1.exr", pixels, "float", list("RGBZ"))
+        words = '{"camera": {"lens": 50}}' if kind == "renderer" else '{"pixel_pitch": 4e-5}'
+        if kind == "followed":
+            still = [{"rotation": np.eye(3).tolist(), "translation": [0, 0, 0.25]}]
+            told = {"pixel_pitch": 4e-5, "objects": [{"id": 0, "name": "scene"}]}
+            words = json.dumps({**told, "poses": {"scene": still}})
+        (path / "scene.json").write_text(words)
+    elif kind == "picture.png":
+        write_pixels(path, rgb, "uint8")
+    elif kind == "cloud.npz":
+        np.savez(path, positions=np.stack([x, y, 0 * x], 1), colors=rgb.reshape(-1, 3))
+    elif kind == "cloud.csv":
+        rows = np.column_stack([x, y, 0 * x, rgb.reshape(-1, 3), 0 * x + 0.7])
+        np.savetxt(path, rows, delimiter=",", header="x,y,z,r,g,b,amplitude", comments="")
+
+
+@pytest.mark.parametrize(
+    "kind",
+    ["camera", "renderer", "folder", "followed", "picture.png", "cloud.npz", "cloud.csv"],
+)
+def test_every_source_hands_its_colours_on(tmp_path: Path, kind: str) -> None:
+    halves(tmp_path / kind, kind)
+    scene = chrmc.load_scene(tmp_path / kind)
+    cloud = scene.frame(1).cloud
+    assert len(cloud) > 1000 and cloud.colour is not None
+    left = cloud.positions[:, 0] < 0
+    assert cloud.colour[left] == pytest.approx(np.tile([1 / 0.2126, 0, 0], (left.sum(), 1)))
+    assert cloud.colour[~left] == pytest.approx(np.tile([0, 0, 1 / 0.0722], ((~left).sum(), 1)))
+    write_export(scene, tmp_path / "points.npz")
+    again = chrmc.load_scene(tmp_path / "points.npz").frame(1).cloud
+    assert np.array_equal(again.colour, cloud.colour)
+    write_scene(rasterised(scene, (200, 300)), tmp_path / "written")
+    drawn = chrmc.load_scene(tmp_path / "written").frame(1).cloud
+    side = drawn.positions[:, 0] < 0
+    assert drawn.colour is not None and drawn.colour[side, 0].min() > 4
+    assert drawn.colour[~side, 2].min() > 13
 
 
 def test_refusals() -> None:
