@@ -33,7 +33,7 @@ def write_exr(path: Path, frame: RGBDFrame) -> None:
     if largest > 2**24:
         raise ValueError(f"{path.name}: object id {largest} does not fit a float; number from 1")
     ids = "half" if largest <= HALF_EXACT else "float"
-    parts = [frame.intensity, frame.depth, frame.object_id]
+    parts: list[NDArray[Any]] = [frame.intensity, frame.depth, frame.object_id]
     names, kinds = ["Y", "Z", "id"], ["float", "float", ids]
     if frame.colour is not None:
         parts += list(np.moveaxis(frame.colour * frame.intensity[:, :, None], 2, 0))

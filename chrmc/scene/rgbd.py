@@ -76,7 +76,7 @@ class RGBDFrame:
     intensity: NDArray[np.float32]
     depth: NDArray[np.float64]
     object_id: NDArray[np.int32]
-    colour: NDArray[np.float32] | None = None
+    colour: NDArray[np.floating] | None = None
 
     def __post_init__(self) -> None:
         intensity = np.asarray(self.intensity, dtype=np.float32)
@@ -189,7 +189,7 @@ def frame_to_cloud(
         np.stack([x[columns], y[rows], frame.depth[chosen]], axis=1),
         np.sqrt(frame.intensity[chosen].astype(np.float64)),
         np.zeros(len(rows)) if phases is None else phases[chosen],
-        None if frame.colour is None else frame.colour[chosen],
+        None if frame.colour is None else frame.colour[chosen].astype(np.float64),
     )
 
 
