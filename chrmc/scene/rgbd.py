@@ -116,7 +116,7 @@ class RGBDFrame:
             if colour.shape != (*intensity.shape, 3):
                 raise ValueError(f"colour is {colour.shape}, but intensity {intensity.shape}")
             _refuse(
-                ~((colour >= 0) & np.isfinite(colour)).all(axis=2),
+                ((colour < 0) | ~np.isfinite(colour)).max(axis=2),
                 "colour is negative or not finite",
                 "write linear red, green and blue ≥ 0",
             )
