@@ -1,6 +1,7 @@
-"""Long runs of play, live and generate: memory, handles and threads must stay flat.
+"""Long runs of play, live and generate: memory, handles, threads and OpenGL objects must stay flat.
 
-Run by scripts/soak.sh; looks at the processes from outside, through /proc.
+Run by scripts/soak.sh. The commands run at the same time, each in a process of its own, which is
+looked at from outside through /proc. It writes down itself how many OpenGL objects it holds.
 """
 
 import argparse
@@ -9,14 +10,16 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PANEL = ["--slm", "480x300:32.4um"]
 COMMANDS = {
-    "play": ["play", "video", "--headless", "--loop", "--fps", "60"],
+    "play": ["play", "video", "--headless", "--loop"],
     "live": ["live", "car-house", "--headless", "--loop", *PANEL],
     "generate": ["generate", "long.py:scene", "--out", "made", *PANEL, "--check-pixels", "16"],
 }
@@ -34,16 +37,19 @@ scene = chrmc.PointScene("long", {"cluster": cloud}, {"cluster": poses})
 
 @dataclass(frozen=True)
 class Sample:
-    """A process at a moment: seconds since its start, megabytes resident, handles, threads."""
+    """A process at a moment: seconds since its start, megabytes resident, handles, threads, mapped
+    pieces of memory, OpenGL objects."""
 
     seconds: float
     megabytes: float
     handles: int
     threads: int
+    maps: int
+    objects: int
 
 
-def sample(process: int, seconds: float) -> Sample | None:
-    """What /proc says; None for a process that has ended."""
+def sample(process: int, seconds: float, counted: Path) -> Sample | None:
+    """What /proc says, and the process itself of its OpenGL objects; None for one that has ended."""
     place = Path(f"/proc/{process}")
     try:
         lines = dict(
@@ -51,12 +57,51 @@ def sample(process: int, seconds: float) -> Sample | None:
             for line in (place / "status").read_text().splitlines()
             if ":" in line
         )
-        handles = len(list((place / "fd").iterdir()))
         return Sample(
-            seconds, int(lines["VmRSS"].split()[0]) / 1024, handles, int(lines["Threads"])
+            seconds,
+            int(lines["VmRSS"].split()[0]) / 1024,
+            len(list((place / "fd").iterdir())),
+            int(lines["Threads"]),
+            (place / "maps").read_bytes().count(b"\n"),
+            int(counted.read_text() or 0) if counted.exists() else 0,
         )
     except (OSError, KeyError):
         return None
+
+
+def inside(counted: Path, arguments: list[str]) -> None:
+    """Run a command line, and write down every second how many OpenGL objects are not released.
+
+    What is dropped without a release stays on the card, so it stays in the count too.
+    """
+    import moderngl
+
+    from chrmc.cli.main import main
+
+    held: list[moderngl.Texture] = []
+
+    def noted(name: str) -> None:
+        make = getattr(moderngl.Context, name)
+
+        def made(*given: object, **named: object) -> object:
+            thing = make(*given, **named)
+            held.append(thing)
+            return thing
+
+        setattr(moderngl.Context, name, made)
+
+    for name in ("texture", "buffer", "program", "vertex_array", "framebuffer", "renderbuffer",
+                 "simple_framebuffer", "sampler", "query"):  # fmt: skip
+        noted(name)
+
+    def count() -> None:
+        while True:
+            time.sleep(1)
+            held[:] = [h for h in held if not isinstance(h.mglo, moderngl.InvalidObject)]
+            counted.write_text(str(len(held)))
+
+    threading.Thread(target=count, daemon=True).start()
+    main(arguments)
 
 
 def grown(samples: list[Sample], spare: float) -> str:
@@ -74,6 +119,8 @@ def grown(samples: list[Sample], spare: float) -> str:
         ("megabytes", max, spare),
         ("handles", min, 0),
         ("threads", min, 0),
+        ("maps", min, 8),
+        ("objects", min, 0),
     ):
         first, last = (measure(getattr(s, name) for s in part) for part in (before, after))
         if last > first + slack:
@@ -83,8 +130,9 @@ def grown(samples: list[Sample], spare: float) -> str:
 
 def soak(name: str, arguments: list[str], folder: Path, minutes: float) -> str:
     """Run a command, print what it takes, and say what went wrong."""
+    counted = folder / f"{name}.objects"
     process = subprocess.Popen(
-        [sys.executable, "-m", "chrmc", *arguments],
+        [sys.executable, __file__, "--inside", str(counted), *arguments],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.DEVNULL,
@@ -95,7 +143,7 @@ def soak(name: str, arguments: list[str], folder: Path, minutes: float) -> str:
     pause = min(5.0, 60 * minutes / 40)
     while process.poll() is None and time.monotonic() - start < 60 * minutes:
         time.sleep(pause)
-        now = sample(process.pid, time.monotonic() - start)
+        now = sample(process.pid, time.monotonic() - start, counted)
         if now is None:
             break
         samples.append(now)
@@ -103,7 +151,8 @@ def soak(name: str, arguments: list[str], folder: Path, minutes: float) -> str:
             shown = now.seconds + 60 * minutes / 10
             print(
                 f"{name:<10}{now.seconds / 60:>8.1f} min{now.megabytes:>8.0f} MB"
-                f"{now.handles:>5} handles{now.threads:>4} threads",
+                f"{now.handles:>5} handles{now.threads:>4} threads{now.maps:>6} maps"
+                f"{now.objects:>4} OpenGL objects",
                 flush=True,
             )
     early = process.poll()
@@ -118,9 +167,12 @@ def soak(name: str, arguments: list[str], folder: Path, minutes: float) -> str:
 
 
 def main() -> int:
+    if sys.argv[1:2] == ["--inside"]:
+        inside(Path(sys.argv[2]), sys.argv[3:])
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("commands", nargs="*", help=f"of {', '.join(COMMANDS)} [all]")
     parser.add_argument("--minutes", type=float, default=60)
+    parser.add_argument("--fps", type=float, default=60, help="of play and live")
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="soak") as place:
         folder = Path(place)
@@ -133,12 +185,18 @@ def main() -> int:
             stdout=subprocess.DEVNULL,
             check=True,
         )
-        chosen = asked.commands or list(COMMANDS)
-        wrong = [w for n in chosen if (w := soak(n, COMMANDS[n], folder, asked.minutes))]
+
+        def run(name: str) -> str:
+            pace = [] if name == "generate" else ["--fps", str(asked.fps)]
+            return soak(name, [*COMMANDS[name], *pace], folder, asked.minutes)
+
+        with ThreadPoolExecutor() as together:
+            wrong = [told for told in together.map(run, asked.commands or list(COMMANDS)) if told]
     for line in wrong:
         print(line)
     return 1 if wrong else 0
 
 
 if __name__ == "__main__":
+    sys.path.insert(0, str(ROOT))
     sys.exit(main())
