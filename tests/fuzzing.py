@@ -9,9 +9,12 @@ as a file. Run by scripts/fuzz.sh; kept cases are tried again by test_fuzzed.py.
 import argparse
 import base64
 import hashlib
+import importlib
 import json
 import os
+import pkgutil
 import random
+import re
 import resource
 import signal
 import sys
@@ -23,6 +26,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+import chrmc
+import display
+import reconstruct
+from chrmc.cli.main import COMMANDS as COMMAND_MODULES
 
 SECONDS, MEGABYTES = 40, 3000
 KEPT = Path(__file__).parent / "fuzzed"
@@ -99,11 +109,7 @@ def prepared(folder: Path) -> None:
 
 def prepared_apart(folder: Path) -> None:
     """`prepared` in a process of its own: a process that forks must have no threads."""
-    import chrmc
-    import display
-    import reconstruct
-
-    assert chrmc and display and reconstruct  # loaded here, so that no case has to
+    warm()
     child = os.fork()
     if child == 0:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
@@ -111,6 +117,20 @@ def prepared_apart(folder: Path) -> None:
         os._exit(0)
     if os.waitpid(child, 0)[1]:
         raise SystemExit("fuzz.sh: the good files could not be made")
+
+
+def warm() -> None:
+    """Load what the commands load when they run, so that no case has to."""
+    for module, _ in COMMAND_MODULES.values():
+        importlib.import_module(module)
+    for package in (chrmc, display, reconstruct):
+        for found in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+            if not re.search(r"__main__|viewer|cluster", found.name):
+                importlib.import_module(found.name)
+    for name in ("OpenImageIO", "PIL.Image", "matplotlib.figure", "matplotlib.backends.backend_agg",
+                 "tqdm.auto", "scipy.signal", "scipy.ndimage", "scipy.optimize", "skimage.metrics",
+                 "moderngl", "trimesh"):  # fmt: skip
+        importlib.import_module(name)
 
 
 def run_quietly(arguments: list[str]) -> None:
@@ -267,9 +287,6 @@ def unpacked(value: dict[str, Any]) -> Any:
 
 def call(case: Case) -> None:
     """Do what the case asks; AssertionError where a result is not finite."""
-    import chrmc
-    import display
-    import reconstruct
     from chrmc.response import GreyResponse
 
     wavelength, pitch, depth = (real(case[k]) for k in ("wavelength", "pitch", "depth"))
@@ -464,5 +481,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.path.insert(0, str(Path(__file__).parents[1]))
     sys.exit(main())
