@@ -49,7 +49,7 @@ class Sample:
 
 
 def sample(process: int, seconds: float, counted: Path) -> Sample | None:
-    """What /proc says, and the process itself of its OpenGL objects; None for one that has ended."""
+    """What /proc says, and the process of its OpenGL objects; None for one that has ended."""
     place = Path(f"/proc/{process}")
     try:
         lines = dict(

@@ -15,6 +15,7 @@ COMMANDS = {
     "scene": ("chrmc.cli.scene", "Write a scene as OpenEXR frames, or as a scene.toml."),
     "inspect": ("chrmc.cli.inspect", "What will the SLM show of a scene? Sizes, points, cost."),
     "generate": ("chrmc.cli.generate", "Make a hologram video from a scene."),
+    "sweep": ("chrmc.cli.sweep", "One table of many settings: times, errors, focus, PSNR."),
     "play": ("chrmc.cli.play", "Show a video or picture on an SLM, full screen, and log it."),
     "reconstruct": ("chrmc.cli.reconstruct", "Reconstruct one frame at a depth."),
     "check": ("chrmc.cli.check", "Is every object in focus where the scene says?"),

@@ -175,6 +175,13 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
             logging.getLogger(name).setLevel(level)
 
 
+@contextmanager
+def local_cluster(workers: int) -> Iterator[str]:
+    """Address of a cluster of so many processes on this machine, which ends with the block."""
+    with _client(workers, None) as client:
+        yield client.scheduler.address
+
+
 def _connected(
     Client: Any, LocalCluster: Any, workers: int | None, scheduler: str | None
 ) -> Iterator[Any]:
