@@ -97,7 +97,11 @@ class XServer:
 
 
 def start_server(command: list[str], log: Path) -> tuple[XServer, subprocess.Popen[bytes]]:
-    """Start an X server on a display number of its own choice."""
+    """Start an X server on a display number of its own choice.
+
+    Without the abstract socket, which servers in other file systems (chroots) would share.
+    """
+    command = [*command, "-nolisten", "tcp", "-nolisten", "local"]
     read, write = os.pipe()
     with log.open("wb") as output:
         server = subprocess.Popen(
@@ -117,9 +121,7 @@ def one_monitor(tmp_path_factory: pytest.TempPathFactory) -> Iterator[XServer]:
     """Xvfb with a monitor of the LC-R 1080's size."""
     log = tmp_path_factory.mktemp("xvfb") / "log"
     screen = f"{LC_R_1080.width}x{LC_R_1080.height}x24"
-    server, process = start_server(
-        [program("Xvfb", "xvfb"), "-screen", "0", screen, "-nolisten", "tcp"], log
-    )
+    server, process = start_server([program("Xvfb", "xvfb"), "-screen", "0", screen], log)
     yield server
     process.terminate()
     process.wait()
@@ -129,7 +131,7 @@ def one_monitor(tmp_path_factory: pytest.TempPathFactory) -> Iterator[XServer]:
 def x_server_without_opengl(tmp_path: Path) -> Iterator[XServer]:
     """Xvfb that has no GLX."""
     screen = f"{LC_R_1080.width}x{LC_R_1080.height}x24"
-    options = ["-screen", "0", screen, "-nolisten", "tcp", "-extension", "GLX"]
+    options = ["-screen", "0", screen, "-extension", "GLX"]
     server, process = start_server([program("Xvfb", "xvfb"), *options], tmp_path / "log")
     yield server
     process.terminate()
@@ -177,7 +179,7 @@ def two_monitors(tmp_path_factory: pytest.TempPathFactory) -> Iterator[XServer]:
         [
             program("Xorg", "xserver-xorg-core"),
             *("-config", str(folder / "xorg.conf"), "-logfile", str(folder / "log")),
-            *("-noreset", "-nolisten", "tcp", "-sharevts", "-novtswitch"),
+            *("-noreset", "-sharevts", "-novtswitch"),
         ],
         folder / "output",
     )

@@ -63,7 +63,8 @@ def program(name, package):
 def display(tmp_path_factory):
     log = tmp_path_factory.mktemp("xvfb") / "log"
     read, write = os.pipe()
-    command = [program("Xvfb", "xvfb"), "-screen", "0", "1600x950x24", "-nolisten", "tcp"]
+    command = [program("Xvfb", "xvfb"), "-screen", "0", "1600x950x24"]
+    command += ["-nolisten", "tcp", "-nolisten", "local"]
     with log.open("wb") as output:
         server = subprocess.Popen(
             [*command, "-displayfd", str(write)], pass_fds=[write], stdout=output, stderr=output
