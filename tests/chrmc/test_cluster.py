@@ -128,7 +128,7 @@ def scheduler(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes
             process.send_signal(signal.SIGINT)
         for process in running:
             try:
-                process.wait(timeout=20)
+                process.wait(timeout=60)
             except subprocess.TimeoutExpired:
                 process.kill()
 
@@ -136,8 +136,8 @@ def scheduler(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes
 def wait_for_workers(address: str, count: int) -> None:
     from distributed import Client
 
-    with Client(address, set_as_default=False, timeout=60) as client:
-        client.wait_for_workers(count, timeout=60)
+    with Client(address, set_as_default=False, timeout=240) as client:
+        client.wait_for_workers(count, timeout=240)
 
 
 def test_a_running_scheduler_does_the_same_and_its_end_is_told(
@@ -156,7 +156,7 @@ def test_a_running_scheduler_does_the_same_and_its_end_is_told(
     while not list((own / "lost").glob("frame_*")):
         assert lost.poll() is None, lost.communicate()
     running[0].kill()
-    _, told_lost = lost.communicate(timeout=120)
+    _, told_lost = lost.communicate(timeout=240)
     assert lost.returncode == 2, told_lost
     assert told_lost.count("\n") == 1
     assert "is gone; what was finished is kept" in told_lost
@@ -188,7 +188,7 @@ def test_an_interrupt_keeps_what_is_finished(own: Path) -> None:
     while not list((own / "v").glob("frame_*")):
         assert run.poll() is None, run.communicate()
     run.send_signal(signal.SIGINT)
-    _, told = run.communicate(timeout=120)
+    _, told = run.communicate(timeout=240)
     assert run.returncode == 130
     assert told.strip() == "chrmc: interrupted; what was finished is kept"
     assert len(chrmc.open_video(own / "v").numbers) > 0

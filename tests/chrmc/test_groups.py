@@ -189,7 +189,7 @@ def test_the_second_of_two_writers_is_told_who_has_the_folder(slow: Path) -> Non
         wait_for(lambda: (out / "manifest.json").exists(), first)
         before = {p.name: p.read_bytes() for p in out.iterdir()}
         second = start(slow, "v", cgh="waiting")
-        _, told = second.communicate(timeout=120)
+        _, told = second.communicate(timeout=240)
         assert second.returncode == 2
         assert told.count("\n") == 1
         assert f"process {first.pid} on " in told
@@ -201,7 +201,7 @@ def test_the_second_of_two_writers_is_told_who_has_the_folder(slow: Path) -> Non
     # A dead process's lock is nobody's.
     (slow / "go").touch()
     third = start(slow, "v", cgh="waiting")
-    told_third = third.communicate(timeout=120)
+    told_third = third.communicate(timeout=240)
     assert third.returncode == 0, told_third
     assert chrmc.open_video(out).numbers == list(range(1, COUNT + 1))
     assert {p.name for p in out.iterdir()} == {
@@ -213,7 +213,7 @@ def test_a_run_cut_off_lists_all_that_was_finished(slow: Path) -> None:
     process = start(slow, "v", "--compensation", "tr-nlut")
     wait_for(lambda: len(list((slow / "v").glob("frame_*"))) > 2, process)
     process.send_signal(signal.SIGINT)
-    _, told = process.communicate(timeout=60)
+    _, told = process.communicate(timeout=240)
     assert process.returncode == 130
     assert told.strip().splitlines()[-1] == "chrmc: interrupted; what was finished is kept"
     video = chrmc.open_video(slow / "v")
@@ -242,7 +242,7 @@ def test_a_folder_that_is_removed_meanwhile_is_told_and_not_made_again(slow: Pat
     process = start(slow, "v", "--compensation", "tr-nlut")
     wait_for(lambda: len(list((slow / "v").glob("frame_*"))) > 1, process)
     (slow / "v").rename(slow / "away")
-    _, told = process.communicate(timeout=60)
+    _, told = process.communicate(timeout=240)
     assert process.returncode == 2
     assert told.count("\n") == 1
     assert "is gone" in told

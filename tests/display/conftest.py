@@ -51,7 +51,7 @@ class XServer:
     def run(self, *command: str) -> str:
         """Output of a program on this display."""
         done = subprocess.run(
-            command, env=self.environment, capture_output=True, text=True, timeout=60
+            command, env=self.environment, capture_output=True, text=True, timeout=240
         )
         assert done.returncode == 0, done.stderr
         return done.stdout
@@ -60,7 +60,7 @@ class XServer:
         """(rows, columns, 3) bytes of the whole desktop."""
         shot = subprocess.run(
             [program("import", "imagemagick"), "-window", "root", "-depth", "8", "rgb:-"],
-            env=self.environment, capture_output=True, timeout=60,
+            env=self.environment, capture_output=True, timeout=240,
         )  # fmt: skip
         assert shot.returncode == 0, shot.stderr
         size = self.run(program("xrandr", "x11-xserver-utils")).split("current ")[1].split(",")[0]
@@ -75,6 +75,38 @@ class XServer:
         )  # fmt: skip
         self.started.append(player)
         return player
+
+    def until(
+        self,
+        condition: Callable[[], Any],
+        player: subprocess.Popen[Any] | None = None,
+        seconds: float = 240,
+    ) -> Any:
+        """Its first value that counts as true; the test fails with the player's words where that
+        never comes or the player ends before."""
+        deadline = time.monotonic() + seconds
+        while True:
+            ended = player is not None and player.poll() is not None
+            if value := condition():  # which may have come just before the end
+                return value
+            if ended or time.monotonic() > deadline:
+                break
+            time.sleep(0.05)
+        said: tuple[Any, ...] = ()
+        if player is not None:
+            player.kill()
+            said = player.communicate()
+        pytest.fail(f"{'it ended' if ended else f'not in {seconds} s'}; it said: {said}")
+
+    def press(self, key: str, *windows: str) -> None:
+        """Press a key for windows, or for what has the focus.
+
+        A window may close at the press. The release goes to nobody in particular, so that it
+        cannot fail: the server would hold the key down for every later window.
+        """
+        for window in windows or ("",):
+            there = ("--window", window) if window else ()
+            self.run("xdotool", "keydown", *there, key, "keyup", key)
 
     def run_beside(self, *command: str) -> subprocess.Popen[bytes]:
         """A program that runs on while the test does; its whole group ends with the test."""

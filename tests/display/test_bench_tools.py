@@ -167,7 +167,7 @@ def test_live_never_runs_far_ahead(small):
 def test_the_command_line_makes_them(tmp_path, chrmc_command):
     def run(*arguments):
         return subprocess.run(
-            [*chrmc_command, *map(str, arguments)], capture_output=True, text=True, timeout=120
+            [*chrmc_command, *map(str, arguments)], capture_output=True, text=True, timeout=240
         )
 
     small = ("--slm", "256x160:8.1e-6")

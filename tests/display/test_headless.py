@@ -279,7 +279,7 @@ def test_command_line(small, tmp_path, video_maker, chrmc_command):
         environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k}
         return subprocess.run(
             [*chrmc_command, *map(str, arguments)],
-            env=environment, capture_output=True, text=True, timeout=60,
+            env=environment, capture_output=True, text=True, timeout=240,
         )  # fmt: skip
 
     log = tmp_path / "log.csv"

@@ -276,7 +276,7 @@ def test_bit_planes_of_a_stored_video(small, tmp_path, video_maker, chrmc_comman
     grey = subprocess.run(
         [*chrmc_command, "play", str(folder), "--headless", "--bit-planes", "3",
          "--on-bad-frame", "stop"],
-        capture_output=True, text=True, timeout=120,
+        capture_output=True, text=True, timeout=240,
     )  # fmt: skip
     assert grey.returncode == 2 and "0 or 255 everywhere" in grey.stderr
     for path in folder.glob("*.tif"):
@@ -289,7 +289,7 @@ def test_bit_planes_of_a_stored_video(small, tmp_path, video_maker, chrmc_comman
     done = subprocess.run(
         [*chrmc_command, "play", str(folder), "--headless", "--bit-planes", "3", "--verify",
          "--log", str(log)],
-        capture_output=True, text=True, timeout=120,
+        capture_output=True, text=True, timeout=240,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert [row["frame"] for row in csv.DictReader(log.open())] == ["1", "4", "7"]

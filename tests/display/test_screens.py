@@ -4,21 +4,12 @@ import csv
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
 
 from chrmc.pictures import read_grey, write_grey
 from chrmc.slm import LC_R_1080
-
-
-def wait_for(condition, seconds=120):
-    """Poll until a condition holds; its last value."""
-    deadline = time.monotonic() + seconds
-    while not (value := condition()) and time.monotonic() < deadline:
-        time.sleep(0.1)
-    return value
 
 
 def shows(server, frame, column=0):
@@ -31,7 +22,7 @@ def shows(server, frame, column=0):
 def finish(process):
     """End a player politely; its output."""
     process.send_signal(signal.SIGTERM)
-    return process.communicate(timeout=120)
+    return process.communicate(timeout=240)
 
 
 def test_a_screenshot_equals_the_frame(one_monitor, tmp_path):
@@ -41,7 +32,7 @@ def test_a_screenshot_equals_the_frame(one_monitor, tmp_path):
     write_grey(path, frame)
     player = one_monitor.start("play", str(path), "--log", str(tmp_path / "log.csv"))
     try:
-        assert wait_for(lambda: shows(one_monitor, frame)), player.poll()
+        one_monitor.until(lambda: shows(one_monitor, frame), player)
     finally:
         _, errors = finish(player)
     assert "Traceback" not in errors, errors
@@ -53,7 +44,7 @@ def test_a_screenshot_equals_the_frame(one_monitor, tmp_path):
 def test_read_back_from_a_window_is_exact(one_monitor, tmp_path, video_maker, small):
     folder = video_maker(tmp_path / "video", small, 3)
     player = one_monitor.start("play", str(folder), "--windowed", "--verify")
-    output, errors = player.communicate(timeout=120)
+    output, errors = player.communicate(timeout=240)
     assert player.returncode == 0, errors
     assert "equals its file to the pixel" in output
 
@@ -61,14 +52,14 @@ def test_read_back_from_a_window_is_exact(one_monitor, tmp_path, video_maker, sm
 def test_an_slm_that_is_not_there_is_refused(one_monitor, tmp_path, video_maker, small):
     folder = video_maker(tmp_path / "video", small, 2)
     player = one_monitor.start("play", str(folder))
-    _, errors = player.communicate(timeout=120)
+    _, errors = player.communicate(timeout=240)
     assert player.returncode == 2
     assert len(errors.strip().splitlines()) == 1 and "640 × 480" in errors
 
 
 def test_monitors_are_listed(two_monitors):
     player = two_monitors.start("monitors", "--slm", "640x480:8.1e-6")
-    output, errors = player.communicate(timeout=120)
+    output, errors = player.communicate(timeout=240)
     assert player.returncode == 0, errors
     first, second = output.splitlines()[1:3]
     assert "DUMMY0" in first and "800 × 600" in first and "primary" in first and "*" not in first
@@ -84,7 +75,7 @@ def test_the_second_monitor_gets_the_frame(two_monitors, tmp_path, video_maker, 
     player = two_monitors.start("play", str(path), "--slm", "640x480:8.1e-6", *wanted)
     frame = read_grey(path)
     try:
-        assert wait_for(lambda: shows(two_monitors, frame, 800)), player.poll()
+        two_monitors.until(lambda: shows(two_monitors, frame, 800), player)
         assert np.array_equal(two_monitors.screenshot()[:600, :800], before)
     finally:
         _, errors = finish(player)
@@ -95,7 +86,7 @@ def test_the_wrong_monitor_is_refused(two_monitors, tmp_path, video_maker, small
     folder = video_maker(tmp_path / "video", small, 1)
     for wanted, complaint in (("DUMMY0", "800 × 600"), ("dummy", "2 monitors match"), ("x", "no")):
         player = two_monitors.start("play", str(folder), "--monitor", wanted)
-        _, errors = player.communicate(timeout=120)
+        _, errors = player.communicate(timeout=240)
         assert player.returncode == 2 and complaint in errors
         assert len(errors.strip().splitlines()) == 1
 
@@ -113,7 +104,7 @@ def test_the_gamma_ramp_is_straight_while_playing_and_put_back(
     folder = video_maker(tmp_path / "video", small, 1)
     player = two_monitors.start("play", str(folder / "frame_0001.tif"), "--slm", "640x480:8.1e-6")
     try:
-        assert wait_for(lambda: gamma() == "1.0:1.0:1.0"), gamma()
+        two_monitors.until(lambda: gamma() == "1.0:1.0:1.0", player)
     finally:
         finish(player)
     assert gamma() == bent
@@ -128,7 +119,7 @@ def test_the_screen_saver_is_held_off_while_playing(two_monitors, tmp_path, vide
     path = video_maker(tmp_path / "video", small, 1) / "frame_0001.tif"
     player = two_monitors.start("play", str(path), "--slm", "640x480:8.1e-6")
     try:
-        assert wait_for(lambda: timeout() == "0"), timeout()
+        two_monitors.until(lambda: timeout() == "0", player)
     finally:
         finish(player)
     assert timeout() == "300"
@@ -138,12 +129,11 @@ def test_keys_reach_the_player(one_monitor, tmp_path, video_maker, small):
     folder = video_maker(tmp_path / "video", LC_R_1080, 2)
     player = one_monitor.start("play", str(folder), "--loop", "--log", str(tmp_path / "log.csv"))
     log = tmp_path / "log.csv"
-    assert wait_for(lambda: log.exists() and len(log.read_text().splitlines()) > 5)
-    xdotool = ("xdotool", "key")
-    one_monitor.run(*xdotool, "space")
-    assert wait_for(lambda: "paused" in log.read_text())
-    one_monitor.run(*xdotool, "Escape")
-    output, errors = player.communicate(timeout=120)
+    one_monitor.until(lambda: log.exists() and len(log.read_text().splitlines()) > 5, player)
+    one_monitor.press("space")
+    one_monitor.until(lambda: "paused" in log.read_text(), player)
+    one_monitor.press("Escape")
+    output, errors = player.communicate(timeout=240)
     assert player.returncode == 0, errors
     assert "flips in" in output
 
@@ -152,9 +142,9 @@ def test_a_killed_player_leaves_a_whole_log(one_monitor, tmp_path, video_maker):
     folder = video_maker(tmp_path / "video", LC_R_1080, 2)
     log = tmp_path / "log.csv"
     player = one_monitor.start("play", str(folder), "--loop", "--log", str(log))
-    assert wait_for(lambda: log.exists() and len(log.read_text().splitlines()) > 10)
+    one_monitor.until(lambda: log.exists() and len(log.read_text().splitlines()) > 10, player)
     player.kill()
-    player.communicate(timeout=120)
+    player.communicate(timeout=240)
     text = log.read_text()
     assert text.endswith("\n")
     rows = list(csv.DictReader(text.splitlines()))
@@ -171,9 +161,9 @@ def test_a_monitor_that_goes_away_ends_play_with_one_line(
         "play", str(path), "--slm", "640x480:8.1e-6", "--monitor", "DUMMY1", "--log", str(log)
     )
     try:
-        assert wait_for(lambda: log.exists() and len(log.read_text().splitlines()) > 5)
+        two_monitors.until(lambda: log.exists() and len(log.read_text().splitlines()) > 5, player)
         two_monitors.run("xrandr", "--output", "DUMMY1", "--off")
-        _, errors = player.communicate(timeout=120)
+        _, errors = player.communicate(timeout=240)
     finally:
         player.kill()
         two_monitors.restore()
@@ -186,7 +176,7 @@ def test_a_monitor_that_goes_away_ends_play_with_one_line(
 def test_a_display_without_opengl_is_one_line(tmp_path, video_maker, x_server_without_opengl):
     folder = video_maker(tmp_path / "video", LC_R_1080, 1)
     player = x_server_without_opengl.start("play", str(folder))
-    _, errors = player.communicate(timeout=120)
+    _, errors = player.communicate(timeout=240)
     assert player.returncode == 2
     assert len(errors.strip().splitlines()) == 1 and "OpenGL" in errors, errors
 
@@ -206,7 +196,7 @@ for slm, target in ((left, sys.argv[1]), (right, sys.argv[2])):
     playlist = open_playlist(target, slm)
     ring = Ring(playlist.read, 1)
     ring.__enter__()
-    options = Options(hold=True, seconds=float(sys.argv[3]))
+    options = Options(hold=True)
     window = Window(slm)
     players.append(Player(window, ring, [1], slm.shape, options))
 print([s.frames for s in play_together(players)])
@@ -221,15 +211,18 @@ def test_two_players_on_two_monitors_from_one_program(two_monitors, tmp_path, sm
         paths.append(str(tmp_path / name))
         write_grey(tmp_path / name, frame)
     program = subprocess.Popen(
-        [sys.executable, "-c", TWO_PLAYERS, *paths, "6"],
+        [sys.executable, "-c", TWO_PLAYERS, *paths],
         env=two_monitors.environment, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     )  # fmt: skip
     try:
-        assert wait_for(
-            lambda: shows(two_monitors, frames[0]) and shows(two_monitors, frames[1], 800), 15
-        ), program.poll()
+        two_monitors.until(
+            lambda: shows(two_monitors, frames[0]) and shows(two_monitors, frames[1], 800), program
+        )
+        windows = two_monitors.run("xdotool", "search", "--onlyvisible", "--class", "chrmc")
+        two_monitors.press("Escape", *windows.split())
+        output, errors = program.communicate(timeout=240)
     finally:
-        output, errors = program.communicate(timeout=120)
+        program.kill()
     assert program.returncode == 0, errors
     assert output.strip() == "[1, 1]"

@@ -17,6 +17,21 @@ from chrmc.store.video import open_video
 
 ROOT = Path(__file__).parents[3]
 SMALL = ["--slm", "192x120:81um", "--cgh", "rt", "--compensation", "none", "--check-pixels", "0"]
+OWN = '''
+import time
+from pathlib import Path
+import chrmc
+
+made = 0
+
+def field(cloud, slm, wavelength, window, passband):
+    """Ray tracing that stops in its fourth frame until there is a file "go"."""
+    global made
+    made += 1
+    while made > 3 and not Path("go").exists():
+        time.sleep(0.01)
+    return chrmc.compute_field(cloud, slm, wavelength, "rt", window=window, passband=passband)
+'''
 GENERATE = ["generate", "car-house", "--out", "v", "--frames", "1:40", *SMALL]
 
 
@@ -54,7 +69,9 @@ def cut(arguments: list[str], folder: Path, sign: str, number: int) -> tuple[int
 def test_a_video_that_is_cut_off_is_whole_as_far_as_it_goes_and_goes_on(
     number: signal.Signals, tmp_path: Path
 ) -> None:
-    status, told = cut(GENERATE, tmp_path, "v/frame_0002.tif", number)
+    (tmp_path / "own.py").write_text(OWN)
+    generate = [word if word != "rt" else "own.py:field" for word in GENERATE]
+    status, told = cut(generate, tmp_path, "v/frame_0002.tif", number)
     if number == signal.SIGKILL:
         assert status == -signal.SIGKILL
     else:
@@ -67,7 +84,8 @@ def test_a_video_that_is_cut_off_is_whole_as_far_as_it_goes_and_goes_on(
             str(f["file"]) for f in found.frames
         }
     kept = {p.name: sha256(p) for p in (tmp_path / "v").glob("frame_*.tif")}
-    assert ended(started(GENERATE, tmp_path))[0] == 0
+    (tmp_path / "go").touch()
+    assert ended(started(generate, tmp_path))[0] == 0
     whole = open_video(tmp_path / "v")
     assert whole.numbers == list(range(1, 41))
     for frame in whole.frames:

@@ -14,7 +14,7 @@ from reconstruct.viewer.measure import Region
 from reconstruct.viewer.model import ViewerModel
 from reconstruct.viewer.pipeline import Request
 
-PATIENCE = 60
+PATIENCE = 240
 PANEL = (256, 256)
 
 

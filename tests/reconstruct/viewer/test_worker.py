@@ -4,7 +4,7 @@ import pytest
 
 from reconstruct.viewer.worker import Failed, Worker
 
-PATIENCE = 20
+PATIENCE = 240
 
 
 @pytest.fixture
