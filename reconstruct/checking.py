@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from chrmc.progress import progress
 from chrmc.response import GreyResponse
 from chrmc.scene.load import BUILT_IN, load_scene
+from chrmc.scene.origin import MADE_OF, scene_made_of
 from chrmc.scene.scene import Scene
 from chrmc.store.video import Video, open_video
 from reconstruct.four_f_system import FourF
@@ -117,7 +118,7 @@ def truth_maker(video: Video, scene: Scene | str) -> Callable[[int], NDArray[np.
     from chrmc.encoding import coding_for
 
     if isinstance(scene, str):
-        scene = load_scene(scene, form=str(video.scene["form"]))
+        scene = scene_of(video, scene)
     band = coding_for(video.encoding, video.slm).passband
 
     def field(number: int) -> NDArray[np.complex64]:
@@ -129,7 +130,22 @@ def truth_maker(video: Video, scene: Scene | str) -> Callable[[int], NDArray[np.
     return field
 
 
-def scene_named(video: Video) -> str:
+def scene_of(video: Video, named: str | None = None) -> Scene:
+    """The scene that a video was made of, sized as it was then.
+
+    named : what `load_scene` takes, default what the manifest says: a built-in scene, or files
+        that have not changed since; ValueError where it was a Python file
+    """
+    record = video.scene.get(MADE_OF)
+    if record is not None:
+        words = [] if named is None else [named]
+        return scene_made_of(record, video.slm, video.wavelength, words)
+    name = named or _name_of(video)
+    form = str(video.scene["form"])
+    return load_scene(name, form=form, slm=video.slm, wavelength=video.wavelength)
+
+
+def _name_of(video: Video) -> str:
     """The name of the scene that a video was made of; ValueError where that was a Python file."""
     source = video.scene.get("source")
     if source is not None:

@@ -68,7 +68,7 @@ def chosen_frames(asked: list[tuple[int, int]] | None, video: Any) -> list[int]:
 @click.option(
     "--scene",
     default=None,
-    help="Name or folder of the scene, or FILE.py:NAME, for --truth. [the video's]",
+    help="Name, file or folder of the scene, or FILE.py:NAME, for --truth. [the video's]",
 )
 @click.option(
     "--metrics", is_flag=True, help="Also where published focus metrics of each region peak."
@@ -101,18 +101,16 @@ def command(
     """
     from chrmc.store.video import open_video
     from reconstruct import report
-    from reconstruct.checking import check, scene_named
+    from reconstruct.checking import check, scene_of
     from reconstruct.figure import check_figure
 
     if plot is not None:
         check_figure(plot)
     stored = open_video(video)
-    if truth and scene is None:
-        scene = scene_named(stored)
     verdicts = check(
         stored,
         chosen_frames(frames, stored),
-        scene=scene,
+        scene=scene_of(stored, scene) if truth or scene else None,
         depth_tolerance=depth_tolerance,
         lateral_tolerance=lateral_tolerance,
         metrics=metrics,

@@ -67,7 +67,7 @@ def command(
     """
     from chrmc.generation.make import make_video
     from chrmc.generation.recipe import recipe_for
-    from chrmc.python_file import is_python_name
+    from chrmc.scene.origin import origin_of
     from chrmc.store.summary import summary
     from chrmc.store.video import open_video
 
@@ -78,7 +78,7 @@ def command(
 
         count = write_export(scene, export_points)
         click.echo(f"{export_points}: {count} points of {scene.frame_count} frames")
-    source = things[0] if is_python_name(things[0]) else None
+    source = origin_of(things, form, sized, scene)
     recipe = recipe_for(scene, slm, wavelength, source=source, **rest)
     made = make_video(
         recipe,

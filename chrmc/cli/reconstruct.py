@@ -37,7 +37,7 @@ from chrmc.cli.optics_options import BENCH_NAMES, POSITIVE, bench_from, bench_op
     "picture with the rendered view.",
 )
 @click.option(
-    "--scene", default=None, help="What the video was made of, for --looks. [the video's name]"
+    "--scene", default=None, help="What the video was made of, for --looks. [as its manifest says]"
 )
 @click.option(
     "--out",
@@ -225,11 +225,9 @@ def _movie(stored: Any, options: dict[str, Any]) -> int:
 
 def _scene(stored: Any, options: dict[str, Any]) -> Any:
     """What the video was made of."""
-    from chrmc.scene.load import load_scene
-    from reconstruct.checking import scene_named
+    from reconstruct.checking import scene_of
 
-    name = options["scene"] or scene_named(stored)
-    return load_scene(name, form=str(stored.scene["form"]), slm=stored.slm)
+    return scene_of(stored, options["scene"])
 
 
 def _numbers(stored: Any, options: dict[str, Any]) -> list[int]:

@@ -3,7 +3,7 @@
 import errno
 from collections.abc import Collection, Generator, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager, suppress
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +17,10 @@ from chrmc.generation.recipe import CHECK_SEED, Recipe, describe, recipe_for
 from chrmc.light_map import LightMap
 from chrmc.optics.footprint import coverage
 from chrmc.progress import progress
-from chrmc.python_file import is_python_name, one_line
+from chrmc.python_file import one_line
 from chrmc.reference import reference_samples, relative_error
 from chrmc.response import GreyResponse
-from chrmc.scene.load import load_scene
+from chrmc.scene.origin import MADE_OF, Origin, opened
 from chrmc.scene.scene import Scene, frame_range
 from chrmc.slm import LC_R_1080, SLM
 from chrmc.store.differences import differences, refuse_another
@@ -87,7 +87,7 @@ def generate(
 
     Returns the stored video. Raises ValueError or OSError in one line; what was finished is kept.
     """
-    loaded = load_scene(fspath(scene)) if isinstance(scene, str | PathLike) else scene
+    loaded, source = opened(scene, slm, wavelength)
     recipe = recipe_for(
         loaded,
         slm,
@@ -101,7 +101,7 @@ def generate(
         settings=options,
         check_pixels=check_pixels,
         group=group,
-        source=scene if isinstance(scene, str) and is_python_name(scene) else None,
+        source=source,
     )
     make_video(
         recipe,
@@ -180,10 +180,14 @@ def whole_description(
         if "spot_check" in before["scene"]:
             scene["spot_check"] = spot_check(recipe.scene)
             refuse_another(folder, before, description)
-            scene["fingerprint"] = before["scene"]["fingerprint"]
+            # The same points: where they came from is no difference.
+            kept = {"fingerprint", MADE_OF} & before["scene"].keys()
+            scene |= {key: before["scene"][key] for key in kept}
             return description | {"scale": before["scale"]}
     found = survey(recipe.scene, recipe.slm, recipe.wavelength, recipe.coding)
     scene |= {"fingerprint": found.fingerprint, "spot_check": found.spot_check}
+    if isinstance(recipe.source, Origin):
+        scene[MADE_OF] = recipe.source.described()
     # A video without any light is legal, and any scale shows it.
     return description | {"scale": scale_of(found.power, recipe.slm, recipe.coding) or 1.0}
 

@@ -14,6 +14,7 @@ from chrmc.encoding import Coding, coding_for
 from chrmc.python_file import identity, is_python_name
 from chrmc.ranges import Count, short
 from chrmc.response import GreyResponse
+from chrmc.scene.origin import Origin
 from chrmc.scene.scene import Scene, as_scene, frame_range
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
 from chrmc.store.manifest import FORMAT
@@ -31,7 +32,7 @@ CHECK_COUNT = Count("check_pixels", 0, 1 << 24)
 class Recipe:
     """Everything that decides what a video's frames look like.
 
-    source : what the scene was loaded from where it was FILE.py:NAME, for the manifest
+    source : what the scene was loaded from, FILE.py:NAME or files, for the manifest
     group : the video is cut after every so many frames; each group begins with a key frame and
         depends on nothing outside it
     """
@@ -45,7 +46,7 @@ class Recipe:
     encoding: str = "ssb"
     check_pixels: int = 256
     response: GreyResponse | None = None
-    source: str | None = None
+    source: str | Origin | None = None
     group: int = GROUP
 
     @property
@@ -87,7 +88,7 @@ def recipe_for(
     settings: tuple[tuple[str, Any], ...] | Mapping[str, Any] = (),
     check_pixels: int = 256,
     group: int | None = None,
-    source: str | None = None,
+    source: str | Origin | None = None,
 ) -> Recipe:
     """The recipe that these choices mean; ValueError where they do not fit together."""
     scene = as_scene(scene)

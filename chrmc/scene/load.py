@@ -13,6 +13,12 @@ from chrmc.slm import LC_R_1080, SLM
 DENSE = "car-house-dense"
 BUILT_IN = (*HEADINGS, DENSE)
 """Names of the scenes that come with the package."""
+HAS_ITS_POINTS = (
+    "--density, --points and --fit belong to meshes, pictures, text and cameras' recordings; "
+    "{} has its points and places"
+)
+SIZED = {"density": None, "points": None, "fit": False}
+"""Options of `load_scene` that say how many points files become and where, with their defaults."""
 
 
 def load_scene(
@@ -36,7 +42,8 @@ def load_scene(
         scene or of surfaces; a folder is points where its ids and poses tell which point is which
         (see `tracked`), else rgbd
     slm, wavelength : what files are sized and sampled for
-    density : of surfaces, resolution cells of the SLM per point; points : on all of them, instead
+    density : of surfaces and recordings, resolution cells of the SLM per point; points : on all
+        of them, instead
     fit : scale and shift files' content so that no frame leaves what the SLM shows
 
     Raises ValueError or OSError, in one line, for a scene that is not there or makes no sense.
@@ -47,12 +54,8 @@ def load_scene(
     if not isinstance(name_or_folder, str | Path):
         words = [str(word) for word in name_or_folder]
     name = words[0] if words else ""
-    if (density, points, fit) != (None, None, False) and (
-        name in BUILT_IN or is_python_name(name) or Path(name).is_dir()
-    ):
-        raise ValueError(
-            f"--density, --points and --fit belong to files; {name} has its points and places"
-        )
+    if (density, points, fit) != (None, None, False) and (name in BUILT_IN or is_python_name(name)):
+        raise ValueError(HAS_ITS_POINTS.format(name))
     if name == DENSE:
         from chrmc.scene.dense import car_house_dense, car_house_dense_rgbd
 
@@ -69,6 +72,8 @@ def load_scene(
         )
     folder = Path(name)
     if folder.is_dir():
+        if (density, points, fit) != (None, None, False):
+            raise ValueError(HAS_ITS_POINTS.format(name))
         from chrmc.scene.read_folder import read_scene
         from chrmc.scene.tracked import tracked
 

@@ -7,8 +7,8 @@ TUM RGB-D set write them, or OpenEXR frames whose scene.json has a `camera`, `sc
 
 import json
 import re
-from dataclasses import dataclass
-from math import radians, tan
+from dataclasses import replace
+from math import ceil, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -17,20 +17,19 @@ from numpy.typing import NDArray
 
 from chrmc.colour import LUMINANCE, hue, linear
 from chrmc.files import read_json
+from chrmc.progress import progress
 from chrmc.scene.exr import read_exr
 from chrmc.scene.points import PointCloud
 from chrmc.scene.read_folder import numbered
 from chrmc.scene.scene_json import SCENE_FILE
+from chrmc.scene.sources.camera import Camera, camera_of
 from chrmc.scene.sources.frames import CloudScene
 from chrmc.scene.sources.images import read_samples
 from chrmc.scene.sources.volume import DEPTH, box, cell
-from chrmc.scene.sources.world import number, triple
 from chrmc.slm import SLM, WAVELENGTH
 
 CAMERA_FILES = ("camera.json", "intrinsics.json", "camera_intrinsics.json", "calibration.json")
 CAMERA_WORDS = {"camera", "scale", "offset", "depth_unit"}
-SENSOR = 36.0
-"""Millimetres across the sensor of a camera that only names its lens, as Blender has it."""
 ENDINGS = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
 TUM_SCALE = 1 / 5000
 """Metres per unit of the depth pictures of the TUM RGB-D set."""
@@ -41,36 +40,6 @@ SEED = 20180917
 EDGE = 0.05
 """Share of its depth by which a pixel may differ from its neighbours before it counts as one that
 the camera mixed from an edge's two sides."""
-
-
-@dataclass(frozen=True)
-class Camera:
-    """Pinhole: pixel (u, v) at depth d sees ((u − cx)·d/fx, (v − cy)·d/fy, d).
-
-    pitch : metres between pixels of a camera whose lines of sight are parallel; None for a pinhole
-    unit : metres of one unit of the depth pictures
-    scale : metres here per metre of the recording, None to fit; offset : metres added then
-    """
-
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    unit: float
-    scale: float | None = None
-    offset: tuple[float, float, float] | None = None
-    pitch: float | None = None
-
-    def place(self, u: Any, v: Any, depth: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(N, 3) metres of pixels at (N,) depths in the file's unit."""
-        d = depth * self.unit
-        across = d / self.fx if self.pitch is None else self.pitch
-        down = d / self.fy if self.pitch is None else self.pitch
-        return np.stack([(u - self.cx) * across, (v - self.cy) * down, d], axis=1)
-
-    def pixel(self, depth: float) -> float:
-        """Metres between neighbouring pixels at a depth in metres."""
-        return depth / self.fx if self.pitch is None else self.pitch
 
 
 def is_recording(path: Path) -> bool:
@@ -93,9 +62,20 @@ def _words(folder: Path) -> dict[str, Any]:
     return content
 
 
-def read_recording(folder: Path, slm: SLM, wavelength: float | None = None) -> CloudScene:
+def read_recording(
+    folder: Path,
+    slm: SLM,
+    wavelength: float | None = None,
+    density: float | None = None,
+    points: int | None = None,
+    fit: bool = False,
+) -> CloudScene:
     """A recording as a scene: what the camera saw, scaled to what the SLM shows.
 
+    density : resolution cells of the SLM per pixel that is kept, default 0.25; points : of the
+        first frame, instead
+    fit : so that all frames lie in what the SLM shows, not the first one alone, whatever `scale`
+        and `offset` say
     Pixels of depth 0 (no measurement) are left out, and so are pixels on the edge between two
     depths. Colour and depth pictures are paired by their time stamps or numbers; one without a
     partner is left out, and said.
@@ -106,7 +86,13 @@ def read_recording(folder: Path, slm: SLM, wavelength: float | None = None) -> C
     first, _ = _positions(light, depth, camera)
     if not len(first):
         raise ValueError(f"{pairs[0][1]} has no pixel with a depth: nothing to show")
-    low, high = np.percentile(first, [1, 99], axis=0)
+    seen = [first]
+    if fit:
+        camera = replace(camera, scale=None, offset=None)
+        for pair in progress(pairs[1:], "fit", unit="frame"):
+            light, depth, _ = _read(pair)
+            seen.append(_positions(light, depth, camera, 4)[0])
+    low, high = np.percentile(np.concatenate(seen), [1, 99], axis=0)
     middle = (low + high) / 2
     width, height = box(slm, wavelength or WAVELENGTH, DEPTH)
     scale = camera.scale
@@ -114,14 +100,18 @@ def read_recording(folder: Path, slm: SLM, wavelength: float | None = None) -> C
         size = high - low
         scale = float(min(width / size[0], height / size[1], 0.1 * DEPTH / max(size[2], 1e-9)))
     offset = np.array(camera.offset or [0, 0, DEPTH]) - (0 if camera.offset else scale * middle)
-    finest = min(cell(slm, wavelength or WAVELENGTH, DEPTH)) / 2
+    x, y = cell(slm, wavelength or WAVELENGTH, DEPTH)
+    finest = min(x, y) / 2 if density is None else sqrt(density * x * y)
     spacing = scale * camera.pixel(float(np.median(first[:, 2])))
     step = max(1, int(finest / spacing))
+    if points is not None:
+        step = max(1, ceil(sqrt(len(first) / points)))
+    why = " (the SLM resolves no more)" if density is points is None else ""
     notes.append(
         f"{folder.name}: {len(pairs)} frames, {(high - low)[0]:.3g} × {(high - low)[1]:.3g} × "
         f"{(high - low)[2]:.3g} m wide, tall and deep, shown {scale:.3g} times as large about "
         f"{offset[2] + scale * middle[2]:.4g} m"
-        + (f", every {step}th row and column (the SLM resolves no more)" if step > 1 else "")
+        + (f", every {step}th row and column{why}" if step > 1 else "")
     )
 
     def read(number: int) -> dict[str, PointCloud]:
@@ -154,67 +144,6 @@ def _camera(folder: Path, shape: tuple[int, ...]) -> Camera:
     except ValueError as error:
         raise ValueError(f"{path} is no JSON: {' '.join(str(error).split())}") from None
     return camera_of(content, str(path), shape)
-
-
-def camera_of(
-    content: Any, where: str, shape: tuple[int, ...], unit: float | None = None
-) -> Camera:
-    """A camera from the words of RealSense, Open3D, the TUM set and Blender (lens in millimetres,
-    sensor_width, or fov in degrees, across the picture); ValueError in one line.
-
-    shape : (H, W) of the pictures; unit : metres per unit of depth where nothing is said
-    """
-    if not isinstance(content, dict):
-        raise ValueError(f"{where} must be an object with fx, fy, cx, cy")
-    inner: dict[str, Any] = next((content[k] for k in ("camera", "intrinsics", "depth_intrinsics")
-                  if isinstance(content.get(k), dict)), {})  # fmt: skip
-    words = {**content, **inner}
-    matrix = words.get("intrinsic_matrix")
-    if isinstance(matrix, list) and len(matrix) == 9:
-        words |= {"fx": matrix[0], "fy": matrix[4], "cx": matrix[6], "cy": matrix[7]}
-
-    def value(*names: str, default: float | None = None) -> float:
-        for name in names:
-            found = words.get(name)
-            if isinstance(found, int | float) and not isinstance(found, bool):
-                return number(found, f"{where}: {name}")
-        if default is None:
-            raise ValueError(f"{where} has no {names[0]} (pixels); write fx, fy, cx, cy")
-        return default
-
-    height, width = shape
-    pitch, focal = None, None
-    if "lens" in words:
-        focal = width * value("lens") / value("sensor_width", default=SENSOR)
-    elif "fov" in words:
-        focal = width / 2 / tan(radians(value("fov")) / 2)
-    elif not inner and "fx" not in words and "pixel_pitch" in words:
-        pitch, focal = value("pixel_pitch"), 1.0
-    fx, fy = value("fx", default=focal), value("fy", default=focal)
-    if not (fx > 0 and fy > 0 and (pitch is None or pitch > 0)):
-        raise ValueError(f"{where}: fx and fy must be positive, not {fx:g} and {fy:g}")
-    offset = words.get("offset")
-    return Camera(
-        fx,
-        fy,
-        value("cx", "ppx", default=(width - 1) / 2 if focal else None),
-        value("cy", "ppy", default=(height - 1) / 2 if focal else None),
-        _unit(words, where, unit),
-        None if words.get("scale") is None else value("scale"),
-        None if offset is None else triple(offset, f"{where}: offset"),
-        pitch,
-    )
-
-
-def _unit(words: dict[str, Any], where: str, default: float | None) -> float:
-    """Metres of one unit of depth: `depth_unit`, or `depth_scale` as units per metre (Open3D,
-    TUM: 1000, 5000) or metres per unit (RealSense: 0.001)."""
-    unit = words.get("depth_unit", words.get("depth_scale", default or 0.001))
-    if isinstance(unit, bool) or not isinstance(unit, int | float) or not unit > 0:
-        raise ValueError(f"{where}: depth_unit must be metres per unit, such as 0.001")
-    if "depth_unit" not in words and unit > 1:
-        return 1 / float(unit)
-    return float(unit)
 
 
 Pair = tuple[Path, Path]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from chrmc.scene.load import HAS_ITS_POINTS
 from chrmc.scene.points import PointCloud
 from chrmc.scene.rgbd import DepthPlanes
 from chrmc.scene.scene import Scene
@@ -45,10 +46,13 @@ def load_things(
     density : resolution cells of the SLM per point; points : on all surfaces, instead
     fit : scale and shift so that no frame leaves what the SLM shows
     """
+    _check(density, points)
     single = Path(words[0]) if len(words) == 1 else None
     if single is not None and is_recording(single):
-        return read_recording(single, slm, wavelength)
+        return read_recording(single, slm, wavelength, density, points, fit)
     if single is not None and is_export(single):
+        if (density, points, fit) != (None, None, False):
+            raise ValueError(HAS_ITS_POINTS.format(single))
         return read_export(single)
     built = build_things(
         words, slm=slm, wavelength=wavelength, density=density, points=points, fit=fit
@@ -66,14 +70,20 @@ def build_things(
     fit: bool = False,
 ) -> Built:
     """Bodies and poses of files, and the world that was understood."""
-    if density is not None and not 1e-4 <= density <= 1e6:
-        raise ValueError(f"--density is resolution cells per point, such as 0.5, not {density:g}")
-    if points is not None and not 1 <= points <= 20_000_000:
-        raise ValueError(f"--points must lie between 1 and 20 million, not {points}")
+    _check(density, points)
     world = _world(words)
     if density is not None or points is not None:
         world = replace(world, density=density, points=points)
     return build(world, slm, wavelength, fit)
+
+
+def _check(density: float | None, points: int | None) -> None:
+    if density is not None and not 1e-4 <= density <= 1e6:
+        raise ValueError(f"--density is resolution cells per point, such as 0.5, not {density:g}")
+    if points is not None and not 1 <= points <= 20_000_000:
+        raise ValueError(f"--points must lie between 1 and 20 million, not {points}")
+    if density is not None and points is not None:
+        raise ValueError("density and points both say how many points there are; keep one")
 
 
 def _world(words: Sequence[str]) -> World:

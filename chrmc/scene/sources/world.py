@@ -62,6 +62,12 @@ class World:
     points: int | None = None
     notes: tuple[str, ...] = ()
 
+    @property
+    def files(self) -> list[Path]:
+        """All that things and their motions are read from."""
+        sources = [Path(t.source) for t in self.things if not t.source.startswith("text:")]
+        return sources + [t.motion.file for t in self.things if t.motion.file is not None]
+
 
 def world_of(sources: list[str]) -> World:
     """The world that a command line's words mean: files, each at a depth where `@` says so."""
