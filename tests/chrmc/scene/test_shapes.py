@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from chrmc.scene.car_house import actors
@@ -88,6 +88,7 @@ def test_visible_points_are_those_that_rays_say(name, number):
 
 @settings(max_examples=40, deadline=None)
 @given(st.floats(-3, 3), st.floats(-3, 3))
+@example(-2.041311099004398e-08, 1.0)
 def test_a_box_shows_the_faces_that_are_turned_to_the_hologram(angle, tilt):
     c, s = np.cos(tilt), np.sin(tilt)
     turn = rotation_y(angle) @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
@@ -98,6 +99,8 @@ def test_a_box_shows_the_faces_that_are_turned_to_the_hologram(angle, tilt):
     )
     towards = -(solid.normals[triangle] @ turn.T)[:, 2]
     decided = np.abs(towards) > 1e-6
+    if not decided.all():  # a point on an edge also lies on the face that is seen from its side
+        decided &= (np.abs(points) > 1 - 1e-9).sum(axis=1) == 1
     assert np.array_equal(seen[decided], towards[decided] > 0)
 
 
