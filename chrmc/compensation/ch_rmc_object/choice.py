@@ -4,8 +4,8 @@ All costs are counted in multiply-adds of a matrix product, from the shapes of t
 the same scene is decided the same way on every machine.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise, product
 from math import ceil
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.interface import Line, Plane, bounding_box, cost_of_sums
-from chrmc.compensation.ch_rmc_object.chart import Views, mean_rotation
+from chrmc.compensation.ch_rmc_object.chart import View, Views, mean_rotation
 from chrmc.compensation.ch_rmc_object.grid import Grid, make_grid
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, views_ahead
 from chrmc.scene.scene import ObjectFrame, Pose, Scene
@@ -30,10 +30,15 @@ MOST_VALUES = 100_000_000
 # work, a tile's series, a frame's plan.
 _ENTRY, _PLACE, _LOOK, _TAP = 500.0, 300.0, 3000.0, 250.0
 _CALL, _SERIES, _FRAME = 5e6, 2.5e8, 3e8
+_POINT = 1e5  # a point of a fresh sum besides its products: sorting, soft edges, the look at pixels
 _TERMS = 2.0  # of a tile's series, about
-_WAIT = 16  # frames until reuse is thought of again; longer from this share of the cost on
-_HARDLY = 1.3
+_WAIT = 32  # frames until reuse is thought of again, which takes as long as a small frame
+_MOST_PARTS = 64
 _TURN = 2.0  # points that change per radian of turning, in shares of those seen
+
+
+Parts = tuple[int, int, int]
+"""Of an object, along its chart's axes."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +48,20 @@ class Choice:
     parts : of the object along the chart's axes; None for afresh
     frames : for so many
     why : in words
+    fresh, reused : counted multiply-adds of a frame's baseband computed afresh, and of one looked
+        up, key frame and changes spread over `frames`; inf where no chart holds two frames
     """
 
-    parts: tuple[int, int, int] | None
+    parts: Parts | None
     frames: int
     why: str
+    fresh: float = np.inf
+    reused: float = np.inf
+
+    @property
+    def cost(self) -> float:
+        """Multiply-adds of a frame's baseband the way that was chosen."""
+        return self.fresh if self.parts is None else self.reused
 
 
 def choose(
@@ -60,62 +74,100 @@ def choose(
     most: int = MOST_VALUES,
     always: bool = False,
 ) -> Choice:
-    """The cheapest way, counted per frame.
+    """The cheapest way, counted per frame from shapes alone: no clock, no points are summed.
 
+    plan : of the first frame, from `planned`; outline : of the body, from `outline_of`
     poses : of the frames to come, this one first
+    targets, plane : the hologram's pixels, from `lines_of` and `plane_of`
+    tolerance : that spheres and nodes aim at
     most : complex numbers that its grid may hold
     always : reuse, whether it pays or not
+
+    What both ways share, nodes to pixels, is not in the costs.
     """
     thing = plan.thing
     count = len(thing.cloud)
     nodes = len(plan.axes[0].nodes), len(plan.axes[1].nodes)
-    fresh = _SERIES + cost_of_sums(bounding_box(thing.cloud.positions), count, nodes, plane)
-    best, chosen = np.inf, Choice(None, _WAIT, "no chart of directions holds two of its frames")
+    fresh = cost_of_sums(bounding_box(thing.cloud.positions), count, nodes, plane)
+    fresh += _SERIES + _POINT * count
+    best = _Way(np.inf, None, _WAIT)
+    parts: Parts = (1, 1, 1)
     for frames in _lengths(len(poses)):
         axes = mean_rotation(poses[:frames])
-        own = (outline.rim - outline.middle) @ axes.T
-        size = np.abs(bounding_box(own)).max(axis=1)
+        size = np.abs(bounding_box((outline.rim - outline.middle) @ axes.T)).max(axis=1)
         views = views_ahead(plan, outline, poses[:frames], axes, size, targets, plane, 0.0)
         view = views.until(frames)
         if not view.whole:
             break
-        longest = always  # that one chart can hold
-        turned = _turned(poses[:frames])
-        for parts in _divisions(count):
+        turned = _turned(poses[:frames]) / frames
+
+        def cost(
+            parts: Parts, size: Floats = size, views: Views = views, view: View = view,
+            turned: float = turned,
+        ) -> float:  # fmt: skip
             half = size / parts
             grid = make_grid(half, view, _width(views), plane.wavelength, tolerance)
-            number = int(np.prod(parts))
-            if number * len(grid.layers) * grid.count[0] * grid.count[1] > most:
-                continue
-            cost = _cost(grid, views, count, parts, nodes, half, plan, turned / frames)
-            if cost <= 1.02 * best or longest:
-                longest = False
-                best, chosen = cost, Choice(parts, frames, "")
-    share = best / fresh
-    if chosen.parts is None or (share > 1 and not always):
-        why = f"looking up would cost {share:.2g} times as much" if share < np.inf else chosen.why
-        return Choice(None, _WAIT if share < _HARDLY else 4 * _WAIT, why)
-    number = int(np.prod(chosen.parts))
-    return replace(
-        chosen,
-        why=f"{number} part{'s' * (number > 1)} for up to {chosen.frames} frames, each at "
-        f"{share:.2g} of what it would cost afresh",
+            if np.prod(parts) * len(grid.layers) * grid.count[0] * grid.count[1] > most:
+                return np.inf
+            return _cost(grid, views, count, parts, nodes, half, plan, turned)
+
+        least, parts = _cheapest(cost, parts, count)
+        # The longest that one chart can hold, if it has to be reuse.
+        if least < np.inf and (always or least <= 1.02 * best.cost):
+            best = _Way(least, parts, frames)
+    share = best.cost / fresh
+    if best.parts is None or (share > 1 and not always):
+        why = "no chart of directions holds two of its frames"
+        if share < np.inf:
+            why = f"looking up would cost {share:.2g} times as much"
+        return Choice(None, _WAIT, why, fresh, best.cost)
+    number = int(np.prod(best.parts))
+    why = (
+        f"{number} part{'s' * (number > 1)} for up to {best.frames} frames, each at "
+        f"{share:.2g} of what it would cost afresh"
     )
+    return Choice(best.parts, best.frames, why, fresh, best.cost)
+
+
+@dataclass(frozen=True)
+class _Way:
+    cost: float
+    parts: Parts | None
+    frames: int
 
 
 def _lengths(most: int) -> list[int]:
     """Numbers of frames that are tried."""
-    out = [2]
+    out = [min(4, most)]
     while out[-1] < most:
         out.append(min(2 * out[-1], most))
-    return out if most > 1 else [1]
+    return out
 
 
-def _divisions(count: int) -> list[tuple[int, int, int]]:
-    """Numbers of parts that are tried, for so many points."""
-    few = (1, 2, 4, 8, 16)
-    every = [(a, b, c) for a, b, c in product(few, few, (1, 2, 4)) if c <= max(a, b)]
-    return [d for d in every if np.prod(d) == 1 or (np.prod(d) <= 64 and 16 * np.prod(d) <= count)]
+def _cheapest(cost: Callable[[Parts], float], start: Parts, count: int) -> tuple[float, Parts]:
+    """The least cost downhill from some parts, by twice and half as many along each axis."""
+    known: dict[Parts, float] = {start: cost(start)}
+    at = start
+    while True:
+        for axis in range(3):
+            for number in (2 * at[axis], at[axis] // 2):
+                near = (*at[:axis], number, *at[axis + 1 :])
+                assert len(near) == 3
+                if near not in known and _allowed(near, count):
+                    known[near] = cost(near)
+        least = min(known, key=lambda parts: (known[parts], parts))
+        if least == at:
+            return known[at], at
+        at = least
+
+
+def _allowed(parts: Parts, count: int) -> bool:
+    """Whether so many points may be cut so."""
+    number = parts[0] * parts[1] * parts[2]
+    if number <= 1:
+        return number == 1
+    few = max(parts[:2]) <= 16 and parts[2] <= min(4, max(parts[:2]))
+    return few and number <= _MOST_PARTS and 16 * number <= count
 
 
 def _width(views: Views) -> tuple[float, float]:
@@ -189,6 +241,26 @@ def _cost(
     rows = min(grid.count[1], _width(views)[1] / grid.step[1] + taps)
     look = number * x * (rows * (layers * _TAP * taps + _LOOK) + y * (_TAP * taps + 2 * _LOOK))
     return float(_FRAME + new + changed + look + carry)
+
+
+class Patience:
+    """When an object's reuse is thought of again: twice as late each time that it did not pay."""
+
+    def __init__(self) -> None:
+        self._until: dict[str, tuple[int, int]] = {}
+
+    def over(self, name: str, number: int) -> bool:
+        """Whether it is time in a frame."""
+        return number >= self._until.get(name, (number, 0))[0]
+
+    def put_off(self, name: str, number: int, frames: int) -> None:
+        """For some frames, or twice as many as the last time."""
+        frames = max(frames, 2 * self._until.get(name, (0, 0))[1])
+        self._until[name] = number + frames, frames
+
+    def end(self, name: str) -> None:
+        """It paid."""
+        self._until.pop(name, None)
 
 
 def poses_ahead(scene: Scene, thing: ObjectFrame, later: Sequence[int]) -> list[Pose]:

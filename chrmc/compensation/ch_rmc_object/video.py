@@ -32,7 +32,7 @@ from chrmc.cgh.curved.interface import (
     plane_of,
     promise_kept,
 )
-from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, choose, poses_ahead
+from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, Patience, choose, poses_ahead
 from chrmc.compensation.ch_rmc_object.group import Group
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, outline_of, planned, same_light
 from chrmc.compensation.ch_rmc_object.render import Renderer
@@ -56,7 +56,6 @@ class _Track:
     """What is kept of one object from frame to frame.
 
     version : another for everything that is made
-    wait : frame from which reuse is thought of again
     """
 
     thing: ObjectFrame
@@ -64,7 +63,6 @@ class _Track:
     budget: Budget
     group: Group | None
     version: int
-    wait: int = 0
 
 
 def frames(
@@ -121,6 +119,7 @@ class _Maker:
         self._tracks: dict[str, _Track] = {}
         self._outlines: dict[str, Outline] = {}
         self._made = 0
+        self._patience = Patience()
         self._renderer = Renderer(slm, wavelength, self._window, coding)
         self._whole: tuple[tuple[int, ...], _Track | None] = (), None
 
@@ -177,8 +176,8 @@ class _Maker:
                 if self._good(factor, thing.cloud, budget, number % _SOMETIMES == 0):
                     self._book(group, thing, record)
                     return self._track(thing, [factor], budget, group)
-        elif track is not None and number < track.wait:
-            return self._afresh(thing, record, "", track.wait)
+        elif track is not None and not self._patience.over(thing.name, number):
+            return self._afresh(thing, record, "")
         later = [n for n in self._numbers if n > number]
         ahead = poses_ahead(self._scene, thing, later)
         before = None if track is None else track.thing.pose
@@ -223,7 +222,8 @@ class _Maker:
                     plan, outline, poses, self._targets, self._plane, aim, free, self._always
                 )
                 if choice.parts is None:
-                    return self._afresh(thing, record, choice.why, number + choice.frames)
+                    self._patience.put_off(thing.name, number, choice.frames)
+                    return self._afresh(thing, record, choice.why)
                 ahead = poses[: choice.frames]
                 group = Group(plan, outline, ahead, choice.parts, self._targets, self._plane, aim)
             made = self._looked_up(group, thing, outline, aim, record, plan)
@@ -231,11 +231,13 @@ class _Maker:
                 break
             factor, budget = made
             if self._good(factor, thing.cloud, budget, True):
+                self._patience.end(thing.name)
                 self._book_key(thing, record)
                 record.reuse[thing.name] = choice.why
                 return self._track(thing, [factor], budget, group)
             aim *= max(0.5 * self._tolerance / budget.relative, 1e-3)
-        return self._afresh(thing, record, "a sphere would not be exact enough", number + 8)
+        self._patience.put_off(thing.name, number, 8)
+        return self._afresh(thing, record, "a sphere would not be exact enough")
 
     def _good(self, factor: Factor, cloud: PointCloud, budget: Budget, look: bool) -> bool:
         """Whether an object may be shown so, by what is expected and by a look at some pixels.
@@ -308,12 +310,11 @@ class _Maker:
         factors: list[Factor],
         budget: Budget,
         group: Group | None,
-        wait: int = 0,
     ) -> _Track:
         self._made += 1
-        return _Track(thing, factors, budget, group, self._made, wait)
+        return _Track(thing, factors, budget, group, self._made)
 
-    def _afresh(self, thing: ObjectFrame, record: FrameRecord, why: str, wait: int = 0) -> _Track:
+    def _afresh(self, thing: ObjectFrame, record: FrameRecord, why: str) -> _Track:
         """An object's factors straight from its points."""
         with record.stage("HC"):
             made = low_rank(
@@ -326,7 +327,7 @@ class _Maker:
             )
         self._book_key(thing, record)
         record.reuse[thing.name] = f"afresh: {why}" if why else "afresh"
-        return self._track(thing, made.factors, made.budget, None, wait)
+        return self._track(thing, made.factors, made.budget, None)
 
     def _book_key(self, thing: ObjectFrame, record: FrameRecord) -> None:
         record.key = True
