@@ -4,7 +4,7 @@ from chrmc.cgh import compute_field
 from chrmc.compensation import video
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import coding_for
-from chrmc.generation.make import generate
+from chrmc.generation.generate import generate
 from chrmc.optics.passband import Passband
 from chrmc.record import FrameRecord
 from chrmc.reference import reference_field, relative_error
@@ -16,9 +16,10 @@ from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Pose, Scene, SceneFrame
 from chrmc.scene.sources.poses import poses_from_csv
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
+from chrmc.store.colour import ColourVideo, open_video
 from chrmc.store.export import export_field
 from chrmc.store.notebook import show_field
-from chrmc.store.video import Video, open_video
+from chrmc.store.video import Video
 from chrmc.window import Window
 
 __version__ = "0.1.0"
@@ -27,6 +28,7 @@ __all__ = [
     "LC_R_1080",
     "SLM",
     "WAVELENGTH",
+    "ColourVideo",
     "FrameRecord",
     "GreyResponse",
     "ObjectFrame",

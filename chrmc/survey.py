@@ -7,6 +7,7 @@ run that is continued rely on its manifest without a second look.
 """
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,16 +52,28 @@ def looked_at(frame_count: int) -> list[int]:
 
 def survey(scene: Scene, slm: SLM, wavelength: float, coding: Coding) -> Survey:
     """Look at a scene once, with a progress bar."""
-    spots = set(spread_frames(scene.frame_count, SPOTS))
-    whole, part, brightest = hashlib.sha256(), hashlib.sha256(), 0.0
-    for number in progress(looked_at(scene.frame_count), "reading the scene"):
-        cloud = scene.frame(number).cloud
-        _add(whole, cloud)
-        if number in spots:
-            _add(part, cloud)
-        power = expected_power(cloud, slm, wavelength, coding.passband)
-        brightest = max(brightest, float(power.sum()))
-    return Survey(brightest, whole.hexdigest(), part.hexdigest())
+    return surveys([(scene, wavelength)], slm, coding)[0]
+
+
+def surveys(lit: Sequence[tuple[Scene, float]], slm: SLM, coding: Coding) -> list[Survey]:
+    """Look at scenes of equally many frames side by side, each in light of its wavelength
+    (metres)."""
+    frame_count = lit[0][0].frame_count
+    spots = set(spread_frames(frame_count, SPOTS))
+    digests = [(hashlib.sha256(), hashlib.sha256()) for _ in lit]
+    brightest = [0.0] * len(lit)
+    for number in progress(looked_at(frame_count), "reading the scene"):
+        for k, (scene, wavelength) in enumerate(lit):
+            cloud = scene.frame(number).cloud
+            _add(digests[k][0], cloud)
+            if number in spots:
+                _add(digests[k][1], cloud)
+            power = expected_power(cloud, slm, wavelength, coding.passband)
+            brightest[k] = max(brightest[k], float(power.sum()))
+    return [
+        Survey(power, whole.hexdigest(), part.hexdigest())
+        for power, (whole, part) in zip(brightest, digests, strict=True)
+    ]
 
 
 def spot_check(scene: Scene) -> str:

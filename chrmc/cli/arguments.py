@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from chrmc.cli.lengths import METRES, PITCH, WAVELENGTH, Length, parse_length, split_length
+from chrmc.cli.lengths import METRES, PITCH, WAVELENGTH, Length, Lengths, parse_length, split_length
 from chrmc.cli.names import (
     Name,
     NamedOption,
@@ -111,6 +111,12 @@ wavelength_option = click.option(
     default=None,
     help="Such as 532nm. [the scene's, else 532nm]",
 )
+wavelengths_option = click.option(
+    "--wavelength",
+    type=Lengths(WAVELENGTH),
+    default=None,
+    help="Such as 532nm, or 638nm,532nm,450nm for a video in colours. [the scene's, else 532nm]",
+)
 form_option = click.option(
     "--form",
     type=click.Choice(["points", "rgbd"]),
@@ -169,7 +175,7 @@ recipe_options = stacked(
     click.option("--encoding", type=click.Choice(CODINGS), default="ssb", show_default=True),
     form_option,
     slm_option,
-    wavelength_option,
+    wavelengths_option,
     click.option(
         "--gamma", type=float, default=None, help="Grey response: intensity = grey^GAMMA."
     ),

@@ -47,7 +47,7 @@ def command(
     out: Path,
     frames: tuple[int, int] | None,
     slm: SLM,
-    wavelength: float | None,
+    wavelength: float | tuple[float, ...] | None,
     form: str,
     export_points: Path | None,
     png: bool,
@@ -65,23 +65,26 @@ def command(
 
     A stopped run is continued by the same command.
     """
-    from chrmc.generation.make import make_video
-    from chrmc.generation.recipe import recipe_for
+    from chrmc.generation.colour import make_in_light
     from chrmc.scene.origin import origin_of
+    from chrmc.store.colour import ColourVideo, open_video
     from chrmc.store.summary import summary
-    from chrmc.store.video import open_video
 
     sized = {name: rest.pop(name) for name in SCENE_NAMES}
-    scene = scene_from(things, form, slm, wavelength, sized)
+    # The shortest wavelength resolves most and reaches least.
+    finest = min(wavelength) if isinstance(wavelength, tuple) else wavelength
+    scene = scene_from(things, form, slm, finest, sized)
     if export_points is not None:
         from chrmc.scene.sources.export import write_export
 
         count = write_export(scene, export_points)
         click.echo(f"{export_points}: {count} points of {scene.frame_count} frames")
     source = origin_of(things, form, sized, scene)
-    recipe = recipe_for(scene, slm, wavelength, source=source, **rest)
-    made = make_video(
-        recipe,
+    made = make_in_light(
+        scene,
+        slm,
+        wavelength,
+        rest | {"source": source},
         out,
         frames,
         ".png" if png else ".tif",
@@ -90,7 +93,12 @@ def command(
         scheduler=scheduler,
     )
     video = open_video(out)
-    click.echo(f"{out}: {made} frames made, {len(video.frames) - made} kept")
-    for line in summary(video):
-        click.echo(line)
+    channels = video.channels if isinstance(video, ColourVideo) else (video,)
+    there = sum(len(one.frames) for one in channels)
+    click.echo(f"{out}: {made} frames made, {there - made} kept")
+    for one in channels:
+        if len(channels) > 1:
+            click.echo(f"{one.folder}:")
+        for line in summary(one):
+            click.echo(line)
     return 0

@@ -105,6 +105,17 @@ class Length(click.ParamType):
             self.fail(str(error), param, ctx)
 
 
+class Lengths(Length):
+    """One length of a kind, or several parted by commas as a tuple."""
+
+    name = "LENGTH[,LENGTH…]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        parts = value if isinstance(value, list | tuple) else str(value).split(",")
+        found = tuple(super(Lengths, self).convert(part, param, ctx) for part in parts)
+        return found if len(found) > 1 else found[0]
+
+
 def parse_lengths(text: str, sign: str | None, kind: Kind, option: str) -> list[float]:
     """Lengths parted by a sign, or a single one; ValueError in the name of an option."""
     try:

@@ -23,7 +23,7 @@ def command(
     things: tuple[str, ...],
     frames: tuple[int, int] | None,
     slm: SLM,
-    wavelength: float | None,
+    wavelength: float | tuple[float, ...] | None,
     form: str,
     loop: bool,
     ahead: int,
@@ -45,6 +45,8 @@ def command(
 
     if ahead < 1:
         raise ValueError(f"--ahead must be at least 1 frame, not {ahead}")
+    if isinstance(wavelength, tuple):
+        raise ValueError("live shows one --wavelength: make a video in colours with generate")
     names = ("cgh", "compensation", "surface", "tolerance", "encoding", "gamma", "response")
     chosen = {name: rest.pop(name) for name in (*names, "settings")}
     sized = {name: rest.pop(name) for name in SCENE_NAMES}

@@ -1,118 +1,39 @@
-"""Scene to stored hologram video: the work behind `chrmc.generate` and `chrmc generate`."""
+"""The making of a stored hologram video, group by group."""
 
 import errno
 from collections.abc import Collection, Generator, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager, suppress
-from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh import Method, method_named
-from chrmc.compensation import VideoMethod
+from chrmc.cgh import method_named
 from chrmc.compensation.frame import VideoFrame
-from chrmc.generation.recipe import CHECK_SEED, Recipe, describe, recipe_for
+from chrmc.generation.recipe import CHECK_SEED, Recipe, describe
 from chrmc.light_map import LightMap
 from chrmc.optics.footprint import coverage
 from chrmc.progress import progress
 from chrmc.python_file import one_line
 from chrmc.reference import reference_samples, relative_error
-from chrmc.response import GreyResponse
-from chrmc.scene.origin import MADE_OF, Origin, opened
-from chrmc.scene.scene import Scene, frame_range
-from chrmc.slm import LC_R_1080, SLM
+from chrmc.scene.origin import MADE_OF, Origin
+from chrmc.scene.scene import frame_range
 from chrmc.store.differences import differences, refuse_another
 from chrmc.store.lock import writer_lock
 from chrmc.store.video import (
     MANIFEST,
     GroupWriter,
-    Video,
     VideoWriter,
     existing_manifest,
     group_records,
-    open_video,
     remove_video,
     replace_video,
 )
-from chrmc.survey import spot_check, survey
+from chrmc.survey import Survey, spot_check, survey
 
 REPLACEMENT = ".replacement"
 """Folder in which a video that replaces another is made; it takes its place when it stands."""
-
-
-def generate(
-    scene: Scene | str | PathLike[str],
-    folder: str | PathLike[str],
-    *,
-    slm: SLM = LC_R_1080,
-    wavelength: float | None = None,
-    cgh: str | Method | None = None,
-    compensation: str | VideoMethod | None = None,
-    surface: str | None = None,
-    tolerance: float | None = None,
-    frames: tuple[int, int] | None = None,
-    encoding: str = "ssb",
-    response: GreyResponse | str | PathLike[str] | None = None,
-    check_pixels: int = 256,
-    group: int | None = None,
-    png: bool = False,
-    force: bool = False,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    **options: Any,
-) -> Video:
-    """Make a hologram video of a scene and store it; the same call goes on with a stopped one.
-
-    scene : a `Scene`, or what `load_scene` takes
-    folder : made when absent; one that holds another video is refused
-    slm : the panel
-    wavelength : metres; default the scene's, else 532 nm
-    cgh : CGH method, a name or a function; default "curved"
-    compensation : video method, a name or a function; default "ch-rmc" with "curved", else "none"
-    surface : of ch-rmc, "object" or "paper"
-    tolerance : largest relative field error against the float64 truth; default 1e-3 where the
-        method promises one
-    frames : (first, last), inclusive, from 1; default all
-    encoding : see `display.encode`
-    response : the panel's grey response, or the CSV file of one; default linear
-    check_pixels : pixels per frame on which the error is measured; 0 for none
-    group : frames after which a new key frame begins, whatever is made of them and in which order
-    png : write PNG, smaller and slower than TIFF
-    force : replace another video in the folder, once the new one stands
-    workers : processes that make the groups; scheduler : address of a running Dask cluster that
-        does, tcp://HOST:PORT; default this process, with all cores
-    options : of the methods
-
-    Returns the stored video. Raises ValueError or OSError in one line; what was finished is kept.
-    """
-    loaded, source = opened(scene, slm, wavelength)
-    recipe = recipe_for(
-        loaded,
-        slm,
-        wavelength,
-        cgh=cgh,
-        compensation=compensation,
-        surface=surface,
-        tolerance=tolerance,
-        encoding=encoding,
-        response=response,
-        settings=options,
-        check_pixels=check_pixels,
-        group=group,
-        source=source,
-    )
-    make_video(
-        recipe,
-        Path(folder),
-        frames,
-        ".png" if png else ".tif",
-        force=force,
-        workers=workers,
-        scheduler=scheduler,
-    )
-    return open_video(Path(folder))
 
 
 def make_video(
@@ -124,23 +45,29 @@ def make_video(
     force: bool = False,
     workers: int | None = None,
     scheduler: str | None = None,
+    seen: Survey | None = None,
+    scale: float | None = None,
 ) -> int:
     """Make the frames that `folder` does not hold yet; the number made.
+
+    seen : what a look at the scene told, where that was done before
+    scale : signal at which the grey range ends, default by the scene's brightest frame
 
     A frame's bytes and record (times aside) depend on the recipe alone: its group is made from
     the group's first frame on, whichever of it are there already.
     """
     numbers = frame_range(recipe.scene, frames)
     own_code = one_line(recipe.source, recipe.cgh, recipe.compensation)
+    look = (seen, scale)
     with told_when_full(folder), writer_lock(folder), own_code:
         if not (force and (folder / MANIFEST).exists()):
-            return _fill(recipe, folder, numbers, suffix, workers, scheduler)
+            return _fill(recipe, folder, numbers, suffix, workers, scheduler, look)
         new = folder / REPLACEMENT
-        if _is_another(new, describe(recipe)):
+        if is_another(new, recipe):
             remove_video(new)
         new.mkdir(exist_ok=True)
         try:
-            made = _fill(recipe, new, numbers, suffix, workers, scheduler)
+            made = _fill(recipe, new, numbers, suffix, workers, scheduler, look)
             replace_video(folder, new)
         finally:
             with suppress(OSError):
@@ -161,16 +88,21 @@ def told_when_full(folder: Path) -> Iterator[None]:
         ) from None
 
 
-def _is_another(folder: Path, description: dict[str, Any]) -> bool:
+def is_another(folder: Path, recipe: Recipe) -> bool:
+    """Whether a folder holds a video, and that of another recipe."""
     before = existing_manifest(folder)
-    return before is not None and any(differences(before, description))
+    return before is not None and any(differences(before, describe(recipe)))
 
 
 def whole_description(
-    recipe: Recipe, before: dict[str, Any] | None, folder: Path
+    recipe: Recipe,
+    before: dict[str, Any] | None,
+    folder: Path,
+    seen: Survey | None = None,
+    scale: float | None = None,
 ) -> dict[str, Any]:
-    """The manifest without its frames: from one look at the scene, or, where the folder holds
-    this video already, from its manifest and a spot check."""
+    """The manifest without its frames: from one look at the scene (or `seen`), or, where the
+    folder holds this video already, from its manifest and a spot check."""
     from chrmc.grey_levels import scale_of
 
     description = describe(recipe)
@@ -184,12 +116,14 @@ def whole_description(
             kept = {"fingerprint", MADE_OF} & before["scene"].keys()
             scene |= {key: before["scene"][key] for key in kept}
             return description | {"scale": before["scale"]}
-    found = survey(recipe.scene, recipe.slm, recipe.wavelength, recipe.coding)
+    found = seen or survey(recipe.scene, recipe.slm, recipe.wavelength, recipe.coding)
     scene |= {"fingerprint": found.fingerprint, "spot_check": found.spot_check}
     if isinstance(recipe.source, Origin):
         scene[MADE_OF] = recipe.source.described()
     # A video without any light is legal, and any scale shows it.
-    return description | {"scale": scale_of(found.power, recipe.slm, recipe.coding) or 1.0}
+    if scale is None:
+        scale = scale_of(found.power, recipe.slm, recipe.coding) or 1.0
+    return description | {"scale": scale}
 
 
 def _fill(
@@ -199,9 +133,10 @@ def _fill(
     suffix: str,
     workers: int | None = None,
     scheduler: str | None = None,
+    look: tuple[Survey | None, float | None] = (None, None),
 ) -> int:
     """Make the missing ones of the frames `numbers`, group by group."""
-    description = whole_description(recipe, existing_manifest(folder), folder)
+    description = whole_description(recipe, existing_manifest(folder), folder, *look)
     writer = VideoWriter(folder, description, suffix)
     missing = [n for n in numbers if n not in writer.entries]
     if missing or group_records(folder):  # a run that was cut off may have left these

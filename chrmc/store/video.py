@@ -26,9 +26,20 @@ from chrmc.store.manifest import FORMAT, checked, checked_frame, plain_file
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["FORMAT", "MANIFEST", "GroupWriter", "Video", "VideoWriter", "open_video", "ranges"]
+__all__ = [
+    "COLOUR",
+    "FORMAT",
+    "MANIFEST",
+    "GroupWriter",
+    "Video",
+    "VideoWriter",
+    "open_video",
+    "ranges",
+]
 
 MANIFEST = "manifest.json"
+COLOUR = "colour.json"
+"""In a folder of videos that belong together, one for each laser: `chrmc.store.colour`."""
 SAVE_INTERVAL = 1.0
 """Seconds between records while a run goes on; frames since the last one are made again."""
 
@@ -131,6 +142,9 @@ def open_video(folder: str | Path) -> Video:
 
 def read_manifest(folder: Path) -> dict[str, Any]:
     """A folder's manifest, checked, with the frames of groups that it has not taken in yet."""
+    if (folder / COLOUR).exists():
+        names = ", ".join(str(path) for path in sorted(folder.glob("*nm")))
+        raise ValueError(f"{folder} holds a video in colours: name one of them, {names}")
     content = read_json(folder / MANIFEST, "hologram video; make one with `chrmc generate`")
     try:
         if isinstance(content, dict) and isinstance(content.get("frames"), list):
@@ -298,6 +312,8 @@ def existing_manifest(folder: Path) -> dict[str, Any] | None:
     """
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"{folder} is a file; --out needs a folder")
+    if (folder / COLOUR).exists():
+        raise ValueError(f"{folder} holds a video in colours: choose another --out, or remove it")
     if (folder / MANIFEST).exists():
         read_manifest(folder)  # refuses what is none
         raw: dict[str, Any] = read_json(folder / MANIFEST, "hologram video")

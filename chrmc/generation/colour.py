@@ -1,0 +1,153 @@
+"""One scene in the light of several lasers: a video for each, on one scale, white in balance.
+
+A laser's grey range ends at s = 3σ of what it would show were every point white, times one factor
+for all lasers, so that the one that has most to show just fills its range. Light of the image is
+(field/s)²: lasers of equal power then show white points white, however much of the panel their
+footprints cover at each wavelength. Balance the lasers by a uniform frame that looks white.
+"""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from math import sqrt
+from pathlib import Path
+from typing import Any
+
+from chrmc.generation.make import REPLACEMENT, is_another, make_video, told_when_full
+from chrmc.generation.recipe import Recipe, recipe_for
+from chrmc.grey_levels import scale_of
+from chrmc.python_file import one_line
+from chrmc.scene.light import scenes_in_light
+from chrmc.scene.scene import Scene, frame_range
+from chrmc.slm import SLM
+from chrmc.store.colour import Plan, lasers_of, read_plan, write_plan
+from chrmc.store.lock import writer_lock
+from chrmc.store.video import COLOUR, MANIFEST, existing_manifest, remove_video
+from chrmc.survey import Survey, surveys
+
+
+def make_in_light(
+    scene: Scene,
+    slm: SLM,
+    wavelength: float | Sequence[float] | None,
+    choices: Mapping[str, Any],
+    folder: Path,
+    frames: tuple[int, int] | None = None,
+    suffix: str = ".tif",
+    *,
+    force: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+) -> int:
+    """Make a scene's video in light of one wavelength or several; the number of frames made.
+
+    choices : of `recipe_for`; the rest as in `make_video`
+    """
+    how: dict[str, Any] = {"force": force, "workers": workers, "scheduler": scheduler}
+    lasers = lasers_of(wavelength)
+    if not lasers:
+        recipe = recipe_for(scene, slm, wavelength, **choices)  # type: ignore[arg-type]
+        return make_video(recipe, folder, frames, suffix, **how)
+    recipes = [recipe_for(one, slm, **choices) for one in scenes_in_light(scene, lasers)]
+    frame_range(scene, frames)
+    with told_when_full(folder), writer_lock(folder):
+        there = (folder / MANIFEST).exists() or (folder / COLOUR).exists()
+        if not (force and there):
+            _refuse_another(folder, lasers)
+            return _fill(scene, recipes, folder, frames, suffix, how)
+        new = folder / REPLACEMENT
+        if _is_another(new, recipes):
+            remove_colours(new)
+        made = _fill(scene, recipes, new, frames, suffix, how)
+        _replace(folder, new)
+        return made
+
+
+def _refuse_another(folder: Path, lasers: Sequence[float]) -> None:
+    plan = read_plan(folder)
+    if plan is None:
+        if existing_manifest(folder) is not None:
+            raise ValueError(
+                f"{folder} holds a video in one colour: choose another --out, or replace it with "
+                "--force"
+            )
+    elif plan.wavelengths != tuple(lasers):
+        said = ", ".join(f"{w * 1e9:g}" for w in plan.wavelengths)
+        raise ValueError(
+            f"{folder} holds another video (of {said} nm): choose another --out, or replace it "
+            "with --force"
+        )
+
+
+def _is_another(folder: Path, recipes: Sequence[Recipe]) -> bool:
+    plan = read_plan(folder)
+    if plan is None:
+        return False
+    return plan.wavelengths != tuple(r.wavelength for r in recipes) or any(
+        is_another(folder / name, recipe)
+        for name, recipe in zip(plan.folders, recipes, strict=True)
+    )
+
+
+def _fill(
+    scene: Scene,
+    recipes: Sequence[Recipe],
+    folder: Path,
+    frames: tuple[int, int] | None,
+    suffix: str,
+    how: dict[str, Any],
+) -> int:
+    """Make what is missing, laser by laser."""
+    plan = read_plan(folder)
+    seen: list[Survey | None] = [None] * len(recipes)
+    # A plan of which nothing was made may be of another scene.
+    if plan is None or not any((folder / name / MANIFEST).exists() for name in plan.folders):
+        with one_line(recipes[0].source):
+            plan, seen = balanced(scene, recipes)
+        write_plan(folder, plan)
+    made = 0
+    try:
+        for name, recipe, look, scale in zip(plan.folders, recipes, seen, plan.scales, strict=True):
+            made += make_video(
+                recipe, folder / name, frames, suffix, **how | {"force": False}, seen=look,
+                scale=scale,
+            )  # fmt: skip
+    finally:
+        if not any((folder / name / MANIFEST).exists() for name in plan.folders):
+            remove_colours(folder)
+    return made
+
+
+def balanced(scene: Scene, recipes: Sequence[Recipe]) -> tuple[Plan, list[Survey | None]]:
+    """The scale of each laser, and what the one look at the scene told of each recipe's."""
+    slm, coding = recipes[0].slm, recipes[0].coding
+    wavelengths = tuple(r.wavelength for r in recipes)
+    lit = [(r.scene, r.wavelength) for r in recipes] + [(scene, w) for w in wavelengths]
+    found = surveys(lit, slm, coding)
+    coloured, white = found[: len(recipes)], found[len(recipes) :]
+    shares = [c.power / w.power for c, w in zip(coloured, white, strict=True) if w.power]
+    factor = sqrt(max(shares, default=0.0)) or 1.0
+    scales = tuple(factor * scale_of(w.power, slm, coding) or 1.0 for w in white)
+    return Plan(wavelengths, scales), list(coloured)
+
+
+def remove_colours(folder: Path) -> None:
+    """Delete a video in colours, and nothing else."""
+    plan = read_plan(folder)
+    if plan is not None:
+        for name in plan.folders:
+            remove_video(folder / name)
+            with suppress(OSError):
+                (folder / name).rmdir()
+        (folder / COLOUR).unlink()
+
+
+def _replace(folder: Path, new: Path) -> None:
+    """Put the video in `new` in place of the one in `folder`, which goes only then."""
+    remove_video(folder)
+    remove_colours(folder)
+    plan = read_plan(new)
+    assert plan is not None
+    (new / COLOUR).replace(folder / COLOUR)
+    for name in plan.folders:
+        (new / name).replace(folder / name)
+    new.rmdir()
