@@ -1,6 +1,7 @@
 """The verdict on a stored video: what `chrmc check` does, for Python."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from os import PathLike, fspath
 from typing import Any
 
@@ -9,10 +10,12 @@ from numpy.typing import NDArray
 
 from chrmc.progress import progress
 from chrmc.response import GreyResponse
+from chrmc.scene.light import scenes_in_light
 from chrmc.scene.load import BUILT_IN, load_scene
 from chrmc.scene.origin import MADE_OF, scene_made_of
 from chrmc.scene.scene import Scene
-from chrmc.store.video import Video, open_video
+from chrmc.store.colour import ColourVideo, open_video
+from chrmc.store.video import Video
 from reconstruct.four_f_system import FourF
 from reconstruct.verdict import FrameVerdict, Target, judge_frame
 
@@ -21,7 +24,7 @@ PAPER_FRAMES = (1, 21, 51, 80)
 
 
 def check(
-    video: Video | str | PathLike[str],
+    video: Video | ColourVideo | str | PathLike[str],
     frames: Sequence[int] | None = None,
     *,
     scene: Scene | str | None = None,
@@ -37,9 +40,21 @@ def check(
     metrics : also where published focus metrics of each region peak
     tolerances : `depth_tolerance` and `lateral_tolerance` in metres, see `judge_frame`
 
-    Returns one verdict per frame; `.passed` says whether all is as it should be.
+    Returns one verdict per frame, of a video in colours per frame and colour; `.passed` says
+    whether all is as it should be.
     """
-    stored = video if isinstance(video, Video) else open_video(fspath(video))
+    stored = video if isinstance(video, Video | ColourVideo) else open_video(fspath(video))
+    if isinstance(stored, ColourVideo):
+        asked = chosen_frames(frames, stored)
+        lit: list[Any] = [None] * len(stored.channels)
+        if scene is not None:
+            whole = scene_of(stored, scene) if isinstance(scene, str) else scene
+            lit = list(scenes_in_light(whole, stored.wavelengths))
+        return [
+            replace(verdict, wavelength=channel.wavelength)
+            for channel, one in zip(stored.channels, lit, strict=True)
+            for verdict in check(channel, asked, scene=one, metrics=metrics, **tolerances)
+        ]
     numbers = chosen_frames(frames, stored)
     system = FourF(
         stored.slm,
@@ -95,7 +110,7 @@ def _targets(video: Video, number: int, system: FourF, scene: Scene | None) -> l
     return out
 
 
-def chosen_frames(asked: Sequence[int] | None, video: Video) -> list[int]:
+def chosen_frames(asked: Sequence[int] | None, video: Video | ColourVideo) -> list[int]:
     """Frame numbers to judge; ValueError where one is not in the video."""
     if not video.numbers:
         raise ValueError(f"{video.folder} has no frames yet: run `chrmc generate` first")
@@ -130,12 +145,14 @@ def truth_maker(video: Video, scene: Scene | str) -> Callable[[int], NDArray[np.
     return field
 
 
-def scene_of(video: Video, named: str | None = None) -> Scene:
-    """The scene that a video was made of, sized as it was then.
+def scene_of(video: Video | ColourVideo, named: str | None = None) -> Scene:
+    """The scene that a video was made of, sized as it was then; in all its colours.
 
     named : what `load_scene` takes, default what the manifest says: a built-in scene, or files
         that have not changed since; ValueError where it was a Python file
     """
+    if isinstance(video, ColourVideo):  # sized for the shortest wavelength
+        video = min(video.channels, key=lambda channel: channel.wavelength)
     record = video.scene.get(MADE_OF)
     if record is not None:
         words = [] if named is None else [named]

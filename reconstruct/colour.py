@@ -6,6 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chrmc.colour import mixed, srgb_levels
+from chrmc.store.colour import ColourVideo
+from reconstruct.bench import Bench
+from reconstruct.four_f_system import FourF
+from reconstruct.images import exposure
+from reconstruct.sequence import composite, system_of
 
 BRIGHTEST = 0.995
 """Share of the brightest channel's pixels that are not cut, unless `white` is given: the bright
@@ -34,3 +39,60 @@ def colour_picture(
     if not (np.isfinite(white) and white > 0):
         raise ValueError(f"white must be a positive intensity, not {white}")
     return srgb_levels(mixed(powers / white, wavelengths))
+
+
+def colour_systems(video: ColourVideo, bench: Bench | None = None) -> list[FourF]:
+    """The 4-f system of each laser of a stored video."""
+    return [system_of(channel, bench) for channel in video.channels]
+
+
+def balanced(video: ColourVideo, images: Sequence[ArrayLike]) -> NDArray[np.float32]:
+    """(H, W, lasers) intensities in which equal ones are white, in the first laser's unit.
+
+    images : (H, W) intensity of each laser, as its system in `colour_systems` gives it
+    """
+    first = video.channels[0].scale
+    shares = [(first / channel.scale) ** 2 for channel in video.channels]
+    lit = [np.asarray(i, dtype=np.float32) for i in images]
+    return np.stack([i * np.float32(s) for i, s in zip(lit, shares, strict=True)], axis=-1)
+
+
+def colour_image(
+    video: ColourVideo,
+    number: int,
+    depth: float | None,
+    systems: Sequence[FourF] | None = None,
+    levels: Sequence[NDArray[np.uint8]] | None = None,
+) -> NDArray[np.float32]:
+    """(H, W, lasers) balanced intensities of a frame.
+
+    depth : metres; None shows every object at its own
+    levels : of each laser, in place of the stored ones
+    """
+    video.entry(number)
+    images = []
+    for k, system in enumerate(systems or colour_systems(video)):
+        channel = video.channels[k]
+        frame = channel.read(number) if levels is None else levels[k]
+        if depth is None:
+            images.append(composite(channel, number, system, levels=frame).image)
+        else:
+            images.append(system.image(frame, depth))
+    return balanced(video, images)
+
+
+def colour_levels(
+    image: NDArray[np.floating], video: ColourVideo, white: float | None = None
+) -> NDArray[np.uint8]:
+    """(H, W, 3) sRGB of balanced intensities.
+
+    white : intensity drawn as white, default `colour_exposure`; give one for all frames of a film
+    """
+    top = colour_exposure(image) if white is None else white
+    lasers = [image[..., k] for k in range(image.shape[-1])]
+    return colour_picture(lasers, video.wavelengths, top or 1.0)
+
+
+def colour_exposure(image: NDArray[np.floating]) -> float:
+    """Intensity to show as white: that of the laser that needs most, see `images.exposure`."""
+    return max(exposure(image[..., k]) for k in range(image.shape[-1]))

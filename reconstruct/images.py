@@ -88,18 +88,21 @@ def write_counts(
 
 
 def write_colour(
-    path: str | Path, image: NDArray[np.uint8], metadata: dict[str, Any] | None = None
+    path: str | Path,
+    image: NDArray[np.uint8] | NDArray[np.float32],
+    metadata: dict[str, Any] | None = None,
 ) -> None:
-    """Write (h, w, 3) uint8 as a PNG; metadata as `write_image` keeps it."""
+    """Write (h, w, 3): uint8 as a .png, float32 as an .exr; metadata as `write_image` keeps it."""
     path = Path(path)
-    if path.suffix.lower() != ".png":
-        raise ValueError(f"{path}: colour pictures are written as .png")
-    _write(path, image, "uint8", dict(metadata or {}))
+    kind = "uint8" if image.dtype == np.uint8 else "float"
+    if path.suffix.lower() != {"uint8": ".png", "float": ".exr"}[kind]:
+        raise ValueError(f"{path}: colour pictures of {image.dtype} are not written as that")
+    _write(path, image, kind, dict(metadata or {}))
 
 
 def _write(path: Path, pixels: NDArray[Any], kind: str, note: dict[str, Any]) -> None:
     attributes = {"ImageDescription": json.dumps(note)} if note else {}
-    names = ("Y",) if pixels.shape[2] == 1 else ()
+    names = ("Y",) if pixels.shape[2] == 1 else ("R", "G", "B") if kind == "float" else ()
     write_pixels(path, pixels, kind, names, attributes=attributes)
 
 

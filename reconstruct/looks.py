@@ -117,9 +117,21 @@ def compare_with_view(
 
     image : (H, W) intensity at the depth, on the SLM's pixels
     """
+    found = []
+    for name, part, patch in in_focus(frame, system, depth):
+        view = rendered_view(frame.cloud, system, depth, patch)
+        level = image[part] * scale_to(image[part], view)
+        found.append(Likened(name, psnr(level, view), ssim(level, view)))
+    return found
+
+
+def in_focus(
+    frame: SceneFrame, system: FourF, depth: float
+) -> Iterator[tuple[str, tuple[slice, slice], Patch]]:
+    """Of the objects in focus at a depth: name, rows and columns of the box around it, and where
+    they are."""
     slm = system.slm
     sharp = max(depth_of_focus(slm, system.wavelength, depth, system.band))
-    found = []
     for thing in (o for o in frame.objects if len(o.cloud)):
         low, high = (f(thing.cloud.positions, axis=0) for f in (np.min, np.max))
         if not low[2] - sharp / 2 <= depth <= high[2] + sharp / 2:
@@ -131,12 +143,12 @@ def compare_with_view(
             last = int(np.clip(np.rint(ends[1]) + ROOM + 1, first + 1, count))
             part.append(slice(first, last))
             centre.append(((first + last - 1) / 2 - (count - 1) / 2) * slm.pixel_pitch)
-        shown = image[tuple(part)]
-        patch = Patch((centre[0], centre[1]), shown.shape, slm.pixel_pitch)
-        view = rendered_view(frame.cloud, system, depth, patch)
-        level = shown * scale_to(shown, view)
-        found.append(Likened(thing.name, psnr(level, view), ssim(level, view)))
-    return found
+        shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
+        yield (
+            thing.name,
+            (part[0], part[1]),
+            Patch((centre[0], centre[1]), shape, slm.pixel_pitch),
+        )
 
 
 def _line(

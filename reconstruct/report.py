@@ -20,7 +20,13 @@ def _figure(value: float | None, form: str) -> str:
 
 
 def table(verdicts: Verdicts) -> Iterator[str]:
-    """Lines of a table: an object of a frame in each, then the verdict."""
+    """Lines of a table: an object of a frame in each, then the verdict; a table per colour."""
+    lasers = list(dict.fromkeys(v.wavelength for v in verdicts))
+    if len(lasers) > 1:
+        for wavelength in lasers:
+            yield f"{(wavelength or 0) * 1e9:g} nm"
+            yield from table([v for v in verdicts if v.wavelength == wavelength])
+        return
     shown = [o for v in verdicts for o in v.objects]
     shapes = any(o.shape is not None for o in shown)
     truth = any(o.psnr is not None for o in shown)
@@ -62,6 +68,11 @@ def table(verdicts: Verdicts) -> Iterator[str]:
         yield f"all {len(shown)} objects are in focus where the scene says{alike}"
 
 
+def _called(verdict: FrameVerdict) -> str:
+    laser = "" if verdict.wavelength is None else f" at {verdict.wavelength * 1e9:g} nm"
+    return f"frame {verdict.number}{laser}"
+
+
 def _shape(judged: ObjectVerdict) -> str:
     """Likeness and relief, blank where they cannot be judged."""
     shape = judged.shape
@@ -89,6 +100,7 @@ def as_dict(verdicts: Verdicts) -> dict[str, Any]:
                 "number": v.number,
                 "passed": v.passed,
                 "light": v.light,
+                **({} if v.wavelength is None else {"wavelength": v.wavelength}),
                 "objects": [o.as_dict() for o in v.objects],
             }
             for v in verdicts
@@ -120,7 +132,7 @@ def plot_curves(verdicts: Verdicts, path: str | Path) -> None:
                     **style,
                     markevery=(index % 5, 5),
                     ms=4,
-                    label=f"frame {verdict.number}: {_mm(o.focus.depth, 2)} mm",
+                    label=f"{_called(verdict)}: {_mm(o.focus.depth, 2)} mm",
                 )
                 if isfinite(o.depth_error):
                     axis.plot(o.depth_error * 1e3, 1.04, **style, ms=7, clip_on=False)

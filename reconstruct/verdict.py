@@ -112,11 +112,13 @@ class FrameVerdict:
     """All objects of one frame; an empty frame passes.
 
     least_light : share of the light that must be the objects', where that is known
+    wavelength : metres, of a video in colours
     """
 
     number: int
     objects: list[ObjectVerdict] = field(default_factory=list)
     least_light: float = 0.0
+    wavelength: float | None = None
 
     @property
     def passed(self) -> bool:

@@ -45,7 +45,8 @@ def parse_length(text: object, kind: Kind) -> float:
     if parts is None:
         raise ValueError(f"{text!r} is no length: write it with its unit, such as {example(kind)}")
     number, unit = parts
-    metres = float(number) * METRES[unit or "m"]
+    # To 15 digits, so that 638nm and 638e-9 are one number.
+    metres = float(f"{float(number) * METRES[unit or 'm']:.15g}")
     bare = not unit and abs(metres) >= _BARE_MOST
     if isfinite(metres) and kind.low <= metres <= kind.high and not bare:
         return metres

@@ -90,23 +90,31 @@ def command(video: Path, out: Path | None, **options: Any) -> int:
     chrmc reconstruct DIR --frame 21 --follow car --looks 20 --out car.png
     chrmc reconstruct DIR --movie all.mp4
     """
-    from chrmc.store.video import open_video
+    from chrmc.store.colour import ColourVideo, open_video
 
-    if options["movie"] is not None:
-        if options["everything"] or options["depths"] or options["number"] is not None:
-            raise click.UsageError("--movie goes without --all, --depths and --frame")
-        return _movie(open_video(video), options)
-    if out is None:
+    movie = options["movie"] is not None
+    if movie and (options["everything"] or options["depths"] or options["number"] is not None):
+        raise click.UsageError("--movie goes without --all, --depths and --frame")
+    if not movie and out is None:
         raise click.UsageError("say where to write, with --out")
     if options["everything"] and options["depths"]:
         raise click.UsageError("--all and --depths exclude each other")
-    if options["everything"]:
-        return _all(open_video(video), out, options)
-    if options["number"] is None:
+    if not movie and not options["everything"] and options["number"] is None:
         raise click.UsageError("say which --frame, or --all")
+    stored = open_video(video)
+    if isinstance(stored, ColourVideo):
+        from chrmc.cli.reconstruct_colour import reconstruct_colours
+
+        free = movie and options["depth"] is None and options["follow"] is None
+        depth_of = None if free else _depth_of(stored.channels[0], options)
+        return reconstruct_colours(stored, out, options, depth_of)
+    if movie:
+        return _movie(stored, options)
+    if options["everything"]:
+        return _all(stored, out, options)
     if options["depths"]:
-        return _stack(open_video(video), out, options)
-    return _one(open_video(video), out, options)
+        return _stack(stored, out, options)
+    return _one(stored, out, options)
 
 
 def _depth_of(stored: Any, options: dict[str, Any]) -> Any:
@@ -138,7 +146,7 @@ def _note(stored: Any, number: int, depth: float) -> dict[str, Any]:
     }
 
 
-def _one(stored: Any, out: Path, options: dict[str, Any]) -> int:
+def _one(stored: Any, out: Any, options: dict[str, Any]) -> int:
     """One frame at one depth."""
     from reconstruct.images import check_suffix, write_image
 
@@ -259,7 +267,7 @@ def _photograph(stored: Any, system: Any, image: Any, out: Path, options: dict[s
     write_counts(out, counts, note)
 
 
-def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
+def _stack(stored: Any, out: Any, options: dict[str, Any]) -> int:
     """One frame at many depths, the all-in-focus picture and its depth map."""
     import numpy as np
 
@@ -312,7 +320,7 @@ def _stack(stored: Any, out: Path, options: dict[str, Any]) -> int:
     return 0
 
 
-def _all(stored: Any, out: Path, options: dict[str, Any]) -> int:
+def _all(stored: Any, out: Any, options: dict[str, Any]) -> int:
     """A picture per frame, and a preview that moves."""
     from chrmc.progress import progress
     from reconstruct.animation import check_animation, write_animation

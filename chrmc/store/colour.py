@@ -140,13 +140,9 @@ def read_plan(folder: Path) -> Plan | None:
     try:
         if not isinstance(content, dict) or content.get("format") != FORMAT:
             raise ValueError("this version reads format 1")
-        wavelengths, scales = content.get("wavelengths"), content.get("scales")
-        for name, values in (("wavelengths", wavelengths), ("scales", scales)):
-            if not isinstance(values, list) or not 2 <= len(values) <= MOST:
-                raise ValueError(f"{name} must be a list of 2 to {MOST}, not {short(values)}")
         plan = Plan(
-            tuple(WAVELENGTH_RANGE.of(w) for w in wavelengths),
-            tuple(SCALE.of(s) for s in scales),
+            tuple(WAVELENGTH_RANGE.of(w) for w in _list(content, "wavelengths")),
+            tuple(SCALE.of(s) for s in _list(content, "scales")),
         )
         if len(plan.scales) != len(plan.wavelengths) or len(set(plan.folders)) != len(plan.scales):
             raise ValueError("lasers must be different, and have a scale each")
@@ -154,6 +150,13 @@ def read_plan(folder: Path) -> Plan | None:
     except ValueError as error:
         raise ValueError(f"{path} is not a colour video's ({error}): remake it") from None
     return plan
+
+
+def _list(content: dict[str, Any], name: str) -> list[Any]:
+    values = content.get(name)
+    if not isinstance(values, list) or not 2 <= len(values) <= MOST:
+        raise ValueError(f"{name} must be a list of 2 to {MOST}, not {short(values)}")
+    return values
 
 
 def write_plan(folder: Path, plan: Plan) -> None:
@@ -164,7 +167,7 @@ def write_plan(folder: Path, plan: Plan) -> None:
 
 def lasers_of(wavelength: Any) -> tuple[float, ...]:
     """Several wavelengths, or none where it is one or the scene's own."""
-    if wavelength is None or np.ndim(wavelength) == 0:
+    if np.ndim(wavelength) == 0:
         return ()
     found = tuple(WAVELENGTH_RANGE.of(w) for w in wavelength)
     if not 2 <= len(found) <= MOST:
