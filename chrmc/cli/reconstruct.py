@@ -92,14 +92,14 @@ def command(video: Path, out: Path | None, **options: Any) -> int:
     """
     from chrmc.store.colour import ColourVideo, open_video
 
-    movie = options["movie"] is not None
-    if movie and (options["everything"] or options["depths"] or options["number"] is not None):
+    movie, everything = options["movie"] is not None, options["everything"]
+    if movie and (everything or options["depths"] or options["number"] is not None):
         raise click.UsageError("--movie goes without --all, --depths and --frame")
     if not movie and out is None:
         raise click.UsageError("say where to write, with --out")
-    if options["everything"] and options["depths"]:
+    if everything and options["depths"]:
         raise click.UsageError("--all and --depths exclude each other")
-    if not movie and not options["everything"] and options["number"] is None:
+    if not movie and not everything and options["number"] is None:
         raise click.UsageError("say which --frame, or --all")
     stored = open_video(video)
     if isinstance(stored, ColourVideo):
@@ -110,11 +110,8 @@ def command(video: Path, out: Path | None, **options: Any) -> int:
         return reconstruct_colours(stored, out, options, depth_of)
     if movie:
         return _movie(stored, options)
-    if options["everything"]:
-        return _all(stored, out, options)
-    if options["depths"]:
-        return _stack(stored, out, options)
-    return _one(stored, out, options)
+    make = _all if everything else _stack if options["depths"] else _one
+    return make(stored, out, options)
 
 
 def _depth_of(stored: Any, options: dict[str, Any]) -> Any:
@@ -208,9 +205,7 @@ def _movie(stored: Any, options: dict[str, Any]) -> int:
     system, region = _system(stored, options), region_of(stored)
     fixed = options["depth"] is not None or options["follow"] is not None
     depth_of = _depth_of(stored, options) if fixed else None
-    scene = None
-    if options["looks"] is not None:
-        scene = _scene(stored, options)
+    scene = None if options["looks"] is None else _scene(stored, options)
     white, moving = options["full_scale"], []
     for number in progress(numbers_, "movie"):
         levels = [stored.read(number)]
