@@ -94,9 +94,9 @@ def write_colour(
 ) -> None:
     """Write (h, w, 3): uint8 as a .png, float32 as an .exr; metadata as `write_image` keeps it."""
     path = Path(path)
-    kind = "uint8" if image.dtype == np.uint8 else "float"
-    if path.suffix.lower() != {"uint8": ".png", "float": ".exr"}[kind]:
-        raise ValueError(f"{path}: colour pictures of {image.dtype} are not written as that")
+    kind, suffix = ("uint8", ".png") if image.dtype == np.uint8 else ("float", ".exr")
+    if path.suffix.lower() != suffix:
+        raise ValueError(f"{path}: colour pictures of {image.dtype} are written as {suffix}")
     _write(path, image, kind, dict(metadata or {}))
 
 
