@@ -64,7 +64,8 @@ def generate(
     """
     lasers = lasers_of(wavelength)
     # The shortest wavelength resolves most and reaches least.
-    loaded, source = opened(scene, slm, min(lasers) if lasers else wavelength)
+    finest: Any = min(lasers) if lasers else wavelength
+    loaded, source = opened(scene, slm, finest)
     choices = dict(
         cgh=cgh,
         compensation=compensation,
