@@ -23,7 +23,6 @@ import chrmc
 HERE = Path(__file__).parent
 
 def field(cloud, slm, wavelength, window, passband):
-    time.sleep(0.01)
     return chrmc.compute_field(cloud, slm, wavelength, "fresnel", window=window, passband=passband)
 
 def dying(cloud, slm, wavelength, window, passband):
@@ -42,12 +41,18 @@ def failing(cloud, slm, wavelength, window, passband):
         raise RuntimeError("this frame\\nwill not do")
     return field(cloud, slm, wavelength, window, passband)
 
-def slow(cloud, slm, wavelength, window, passband):
-    time.sleep(0.5)
+def waiting(cloud, slm, wavelength, window, passband):
+    """Stands still after the first frames until there is a file "go"."""
+    with (HERE / "made").open("a") as file:
+        file.write(".")
+    while (HERE / "made").stat().st_size > 5 and not (HERE / "go").exists():
+        time.sleep(0.01)
     return field(cloud, slm, wavelength, window, passband)
 '''
 PATHS = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
 ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join(PATHS)}
+IMPATIENT = ENVIRONMENT | {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "1s"}
+"""Of programs that look for a scheduler which is not there: users' look for ten seconds."""
 
 
 @pytest.fixture
@@ -56,13 +61,15 @@ def own(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def start(folder: Path, out: str, cgh: str, *more: str) -> subprocess.Popen[str]:
+def start(
+    folder: Path, out: str, cgh: str, *more: str, environment: dict[str, str] = ENVIRONMENT
+) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "chrmc", "generate", "own.py:scene", "--out", out]
     command += ["--slm", "320x96:16e-6", "--check-pixels", "8", "--cgh", f"own.py:{cgh}"]
     return subprocess.Popen(
         [*command, "--group", "2", "--compensation", "tr-nlut", *more],
         cwd=folder,
-        env=ENVIRONMENT,
+        env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -152,7 +159,7 @@ def test_a_running_scheduler_does_the_same_and_its_end_is_told(
     assert alone.wait() == 0
     assert bytes_of(own / "v") == bytes_of(own / "alone")
 
-    lost = start(own, "lost", "slow", "--scheduler", address)
+    lost = start(own, "lost", "waiting", "--scheduler", address)
     while not list((own / "lost").glob("frame_*")):
         assert lost.poll() is None, lost.communicate()
     running[0].kill()
@@ -175,7 +182,7 @@ def test_a_running_scheduler_does_the_same_and_its_end_is_told(
 def test_a_cluster_that_cannot_be_is_told_and_nothing_is_left(
     own: Path, more: tuple[str, ...], words: str
 ) -> None:
-    run = start(own, "v", "field", *more)
+    run = start(own, "v", "field", *more, environment=IMPATIENT)
     _, told = run.communicate()
     assert run.returncode == 2
     assert told.count("\n") == 1
@@ -184,13 +191,14 @@ def test_a_cluster_that_cannot_be_is_told_and_nothing_is_left(
 
 
 def test_an_interrupt_keeps_what_is_finished(own: Path) -> None:
-    run = start(own, "v", "slow", "--workers", "1")
+    run = start(own, "v", "waiting", "--workers", "1")
     while not list((own / "v").glob("frame_*")):
         assert run.poll() is None, run.communicate()
     run.send_signal(signal.SIGINT)
     _, told = run.communicate(timeout=240)
     assert run.returncode == 130
     assert told.strip() == "chrmc: interrupted; what was finished is kept"
-    assert len(chrmc.open_video(own / "v").numbers) > 0
-    assert start(own, "v", "slow").wait() == 0
+    assert 0 < len(chrmc.open_video(own / "v").numbers) < 8
+    (own / "go").touch()
+    assert start(own, "v", "waiting").wait() == 0
     assert chrmc.open_video(own / "v").numbers == list(range(1, 9))

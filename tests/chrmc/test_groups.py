@@ -98,10 +98,18 @@ def field(cloud, slm, wavelength, window, passband):
     time.sleep(0.02)
     return chrmc.compute_field(cloud, slm, wavelength, "fresnel", window=window, passband=passband)
 
-def waiting(cloud, slm, wavelength, window, passband):
-    while not Path("go").exists():
+made = 0
+
+def waiting(cloud, slm, wavelength, window, passband, after=0):
+    # Stands still until there is a file "go".
+    global made
+    made += 1
+    while made > after and not Path("go").exists():
         time.sleep(0.01)
-    return field(cloud, slm, wavelength, window, passband)
+    return chrmc.compute_field(cloud, slm, wavelength, "fresnel", window=window, passband=passband)
+
+def halting(*arguments):
+    return waiting(*arguments, after=3)
 """
 
 
@@ -135,7 +143,7 @@ def start(folder: Path, out: str, *more: str, cgh: str = "field") -> subprocess.
 
 
 def wait_for(condition: Callable[[], bool], process: subprocess.Popen[str]) -> None:
-    end = time.monotonic() + 120
+    end = time.monotonic() + 240
     while not condition():
         assert time.monotonic() < end
         if process.poll() is not None:
@@ -210,7 +218,7 @@ def test_the_second_of_two_writers_is_told_who_has_the_folder(slow: Path) -> Non
 
 
 def test_a_run_cut_off_lists_all_that_was_finished(slow: Path) -> None:
-    process = start(slow, "v", "--compensation", "tr-nlut")
+    process = start(slow, "v", "--compensation", "tr-nlut", cgh="halting")
     wait_for(lambda: len(list((slow / "v").glob("frame_*"))) > 2, process)
     process.send_signal(signal.SIGINT)
     _, told = process.communicate(timeout=240)
@@ -239,9 +247,10 @@ def test_what_a_killed_run_left_is_taken_in_and_swept(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_is_removed_meanwhile_is_told_and_not_made_again(slow: Path) -> None:
-    process = start(slow, "v", "--compensation", "tr-nlut")
+    process = start(slow, "v", "--compensation", "tr-nlut", cgh="halting")
     wait_for(lambda: len(list((slow / "v").glob("frame_*"))) > 1, process)
     (slow / "v").rename(slow / "away")
+    (slow / "go").touch()
     _, told = process.communicate(timeout=240)
     assert process.returncode == 2
     assert told.count("\n") == 1

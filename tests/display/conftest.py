@@ -328,6 +328,23 @@ def chrmc_command() -> tuple[str, ...]:
 
 
 @pytest.fixture
+def chrmc_here(
+    capfd: pytest.CaptureFixture[str],
+) -> Callable[..., subprocess.CompletedProcess[str]]:
+    """`chrmc` in this process, which starts in no time: (status, output, errors) of arguments."""
+    from chrmc.cli.main import main
+
+    def run(*arguments: Any) -> subprocess.CompletedProcess[str]:
+        capfd.readouterr()
+        words = [str(a) for a in arguments]
+        with pytest.raises(SystemExit) as ended:
+            main(words)
+        return subprocess.CompletedProcess(words, int(ended.value.code or 0), *capfd.readouterr())
+
+    return run
+
+
+@pytest.fixture
 def video_maker() -> Callable[..., Path]:
     """`make_video(folder, slm, count, seed=0)`."""
     return make_video

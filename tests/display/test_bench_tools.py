@@ -1,7 +1,6 @@
 """Patterns, the bench sheet, and live play."""
 
 import csv
-import subprocess
 
 import numpy as np
 import pytest
@@ -164,12 +163,8 @@ def test_live_never_runs_far_ahead(small):
         assert len(made) <= 6
 
 
-def test_the_command_line_makes_them(tmp_path, chrmc_command):
-    def run(*arguments):
-        return subprocess.run(
-            [*chrmc_command, *map(str, arguments)], capture_output=True, text=True, timeout=240
-        )
-
+def test_the_command_line_makes_them(tmp_path, chrmc_here):
+    run = chrmc_here
     small = ("--slm", "256x160:8.1e-6")
     for kind in ("point", "grating", "cross-hair"):
         done = run("pattern", kind, *small, "--out", tmp_path / f"{kind}.tif")
@@ -185,7 +180,10 @@ def test_the_command_line_makes_them(tmp_path, chrmc_command):
     assert (tmp_path / "sheet.png").read_bytes()[:4] == b"\x89PNG"
 
     plain = ("--cgh", "fresnel", "--compensation", "none")
-    done = run("live", "car-house", "--headless", "--frames", "1:2", *plain, "--verify")
+    done = run(
+        "live", "car-house", "--headless", "--frames", "1:2", *plain, "--verify",
+        "--slm", "320x200:40um",
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "limit:" in done.stdout and "2 frames in 2 flips" in done.stdout
 

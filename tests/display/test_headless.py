@@ -272,16 +272,21 @@ def test_no_egl_is_one_line_that_names_the_package(monkeypatch):
         headless_context()
 
 
-def test_command_line(small, tmp_path, video_maker, chrmc_command):
-    folder = video_maker(tmp_path / "video", small, 3)
-
-    def run(*arguments):
-        environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k}
-        return subprocess.run(
-            [*chrmc_command, *map(str, arguments)],
+def test_without_a_display_it_is_one_line(small, tmp_path, video_maker, chrmc_command):
+    folder = video_maker(tmp_path / "video", small, 1)
+    environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k}
+    for arguments in (("play", str(folder)), ("monitors",)):
+        done = subprocess.run(
+            [*chrmc_command, *arguments],
             env=environment, capture_output=True, text=True, timeout=240,
         )  # fmt: skip
+        assert done.returncode == 2, arguments
+        assert len(done.stderr.strip().splitlines()) == 1, done.stderr
 
+
+def test_command_line(small, tmp_path, video_maker, chrmc_here):
+    folder = video_maker(tmp_path / "video", small, 3)
+    run = chrmc_here
     log = tmp_path / "log.csv"
     done = run("play", folder, "--headless", "--verify", "--log", log)
     assert done.returncode == 0, done.stderr
@@ -290,8 +295,6 @@ def test_command_line(small, tmp_path, video_maker, chrmc_command):
     assert (tmp_path / "log.png").read_bytes()[:4] == b"\x89PNG"
 
     for arguments in (
-        ("play", folder),
-        ("monitors",),
         ("play", folder, "--headless", "--slm", "1024x768:8e-6"),
         ("play", folder, "--headless", "--fps", "30", "--every", "2"),
         ("play", folder, "--headless", "--monitor", "0"),

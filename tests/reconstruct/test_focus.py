@@ -24,7 +24,7 @@ SLM_ = SLM("small", 320, 320, P)
 
 def show(cloud, slm=SLM_, seed=None):
     """Decoded field of a cloud and its system."""
-    field = compute_field(cloud, slm, LAMBDA, passband=coding_for("ssb", slm).passband, method="rt")
+    field = compute_field(cloud, slm, LAMBDA, passband=coding_for("ssb", slm).passband)
     system = FourF(slm, LAMBDA)
     return system.field(encode(field, slm)), system
 

@@ -91,7 +91,8 @@ def test_a_saved_picture_is_what_is_seen_and_tells_how_it_was_made(session, tmp_
     assert np.allclose(values, model.picture().light, rtol=1e-5) and note["frame"] == 1
 
 
-def test_all_kinds_of_files_are_saved_one_after_the_other(session, tmp_path):
+def test_all_kinds_of_files_are_saved_one_after_the_other(session, tmp_path, monkeypatch):
+    monkeypatch.setattr("reconstruct.viewer.saving.STACK_COUNT", 8)
     session.model.look.mode = "phase"
     session.model.depth_range = (0.058, 0.062)
     session.model.follow = "cluster"
