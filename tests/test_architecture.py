@@ -5,6 +5,7 @@ import importlib.util
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -39,9 +40,15 @@ def layer_of(path: Path) -> str:
     return next(layer for layer in FORBIDDEN if (name + "/").startswith(layer + "/"))
 
 
+@cache
+def nodes(path: Path) -> list[ast.AST]:
+    return list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+
+
+@cache
 def imported(path: Path) -> set[str]:
     names: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -98,8 +105,7 @@ def test_methods_are_known_by_what_they_are_not_by_name() -> None:
         if place.startswith(own) or place in named:
             continue
         assert not any(name.startswith("chrmc.cgh.curved") for name in imported(path)), place
-        words = [n.value for n in ast.walk(ast.parse(path.read_text("utf-8")))
-                 if isinstance(n, ast.Constant)]  # fmt: skip
+        words = [n.value for n in nodes(path) if isinstance(n, ast.Constant)]
         assert "curved" not in words, place
 
 

@@ -214,7 +214,7 @@ def test_two_bodies_taken_as_one():
     assert focus.position == pytest.approx(tuple(target.position[:2]), abs=60e-6)
 
 
-@pytest.mark.parametrize("number", [1, 51])
+@pytest.mark.parametrize("number", [1, pytest.param(51, marks=pytest.mark.long)])
 def test_the_car_and_the_house_at_full_size(number):
     scene = load_scene("car-house")
     frame = scene.frame(number)
