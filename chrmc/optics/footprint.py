@@ -37,15 +37,13 @@ def taper(offset: NDArray[Any], half_width: NDArray[Any]) -> NDArray[Any]:
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         # Large arrays meet only small ones here: half-widths belong to points, offsets to pixels.
-        u = np.abs(offset) * (1 / (SOFT_SHARE * half_width)).astype(offset.dtype)
-    u -= u.dtype.type(1 / SOFT_SHARE - 1)
-    np.fmin(np.fmax(u, 0, out=u), 1, out=u)  # not a number, 0/0: on the axis of no footprint
-    inside = u < 1
-    u *= u.dtype.type(np.pi / 2)
-    np.cos(u, out=u)
-    u *= u
-    u *= inside
-    return u
+        inward = np.abs(offset) * (-1 / (SOFT_SHARE * half_width)).astype(offset.dtype)
+    inward += inward.dtype.type(1 / SOFT_SHARE)
+    # Not a number is 0/0: on the axis of no footprint.
+    np.fmax(np.fmin(inward, 1, out=inward), 0, out=inward)
+    soft = (inward > 0) & (inward < 1)
+    inward[soft] = np.sin(inward[soft] * inward.dtype.type(np.pi / 2)) ** 2
+    return inward
 
 
 def check_showable(cloud: PointCloud, slm: SLM, wavelength: float, passband: Passband) -> None:

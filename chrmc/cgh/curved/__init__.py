@@ -24,7 +24,6 @@ from chrmc.cgh.curved.assembly import (
     Factor,
     Floats,
     add_field,
-    phasor,
     reference_cycles,
     sum_signals,
 )
@@ -41,6 +40,7 @@ from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.parallel import alone, spread
 from chrmc.cgh.curved.predict import Budget, error_allowed
 from chrmc.cgh.curved.verify import SURE, field_error, measured_error
+from chrmc.cgh.curved.wave import phasor
 from chrmc.cgh.method import CGHMethod
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import reach

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,12 +41,6 @@ def reference_cycles(t: Floats, centre: float, z: float, wavelength: float) -> F
     """(r − z)/λ of the reference along one axis, without cancellation."""
     d2 = (t - centre) ** 2
     return d2 / ((np.sqrt(d2 + z * z) + z) * wavelength)
-
-
-def phasor(cycles: Floats) -> tuple[Floats, Floats]:
-    """cos and sin of 2π·cycles in float64."""
-    turn = 2 * pi * (cycles - np.rint(cycles))
-    return np.cos(turn), np.sin(turn)
 
 
 Phase = tuple[Floats, Floats]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved import clusters
-from chrmc.cgh.curved.assembly import Factor, add_field, phasor, reference_cycles
+from chrmc.cgh.curved.assembly import Factor, add_field, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Line, Needs, axis_behind, make_axis
 from chrmc.cgh.curved.parallel import run_all, spread
@@ -28,7 +28,7 @@ from chrmc.cgh.curved.tables import (
     sum_levels,
     table_pieces,
 )
-from chrmc.cgh.curved.wave import Reference, Wave, by_curvature
+from chrmc.cgh.curved.wave import Reference, Wave, by_curvature, phasor
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]

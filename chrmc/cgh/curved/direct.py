@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.parallel import spread
+from chrmc.cgh.curved.wave import phasor
 from chrmc.optics.footprint import taper
 from chrmc.scene.points import PointCloud
 
@@ -52,30 +53,30 @@ def field_at(
 ) -> NDArray[np.complex128]:
     """(K,) exact field at places x, y (K,)."""
     out = np.zeros(len(x), dtype=np.complex128)
-    own = cloud.positions[:, 2] / wavelength
-    own = own - np.rint(own) + cloud.phase / (2 * pi)
-    pixels = min(len(x), 2048)
-    step = max(1, _BLOCK // max(1, pixels))
-    for first in range(0, len(x), pixels):
-        some = slice(first, first + pixels)
-        for start in range(0, len(cloud), step):
-            part = slice(start, start + step)
-            px, py, pz = (column[:, None] for column in cloud.positions[part].T)
-            dx, dy = x[some] - px, y[some] - py
-            weight = taper(dx, pz * reach[0])
-            weight *= taper(dy, pz * reach[1])
-            weight *= cloud.amplitude[part, None]
+    cycles = cloud.positions[:, 2] / wavelength
+    cycles += cloud.phase / (2 * pi) - np.rint(cycles)
+    points = min(len(cloud), 2048)
+    step = max(1, _BLOCK // max(1, points))
+    for start in range(0, len(cloud), points):
+        part = slice(start, start + points)
+        px, py, pz = np.ascontiguousarray(cloud.positions[part].T)
+        half_x, half_y = pz * reach[0], pz * reach[1]
+        for first in range(0, len(x), step):
+            some = slice(first, first + step)
+            dx, dy = x[some, None] - px, y[some, None] - py
+            weight = taper(dx, half_x)
+            weight *= taper(dy, half_y)
+            weight *= cloud.amplitude[part]
             dx *= dx
             dy *= dy
             dx += dy
-            r = np.sqrt(dx + pz * pz)
+            r = np.sqrt(np.add(dx, pz * pz, out=dy), out=dy)
             weight /= r
             r += pz
             r *= wavelength
             dx /= r
-            dx -= np.rint(dx)
-            dx += own[part, None]
-            dx *= 2 * pi
-            out[some].real += np.einsum("jk,jk->k", weight, np.cos(dx))
-            out[some].imag += np.einsum("jk,jk->k", weight, np.sin(dx))
+            dx += cycles[part]
+            cos, sin = phasor(dx)
+            out[some].real += np.einsum("kj,kj->k", weight, cos)
+            out[some].imag += np.einsum("kj,kj->k", weight, sin)
     return out

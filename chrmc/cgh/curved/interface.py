@@ -22,7 +22,7 @@ from chrmc.cgh.curved import (
     plane_of,
     signal_of,
 )
-from chrmc.cgh.curved.assembly import Factor, phasor, reference_cycles
+from chrmc.cgh.curved.assembly import Factor, reference_cycles
 from chrmc.cgh.curved.baseband import Axes, Summed, cluster_axes, series_for, sum_points
 from chrmc.cgh.curved.chebyshev import chebyshev, interpolation
 from chrmc.cgh.curved.clusters import Plane, bounding_box, cost_of_sums, reference_at
@@ -31,7 +31,7 @@ from chrmc.cgh.curved.parallel import alone, spread
 from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.verify import SURE, measured_error
-from chrmc.cgh.curved.wave import Kernel, Reference, Wave, axis_cycles, phasors
+from chrmc.cgh.curved.wave import Kernel, Reference, Wave, axis_cycles, phasor, phasors
 
 __all__ = [
     "SURE",

@@ -217,8 +217,11 @@ def sample_points(strength: Floats, positions: Floats) -> tuple[NDArray[np.intp]
         return np.arange(count), strength
     middle = bounding_box(positions).mean(axis=1)
     rank = np.stack([strength, *np.abs(positions - middle)[:, :2].T])
-    special = np.unique(np.argpartition(rank, count - _POINTS, axis=1)[:, count - _POINTS :])
-    rest = np.setdiff1d(np.linspace(0, count - 1, _OTHERS).astype(np.intp), special)
+    other = np.ones(count, dtype=bool)
+    other[np.argpartition(rank, count - _POINTS, axis=1)[:, count - _POINTS :]] = False
+    special = np.flatnonzero(~other)
+    rest = np.linspace(0, count - 1, _OTHERS).astype(np.intp)
+    rest = rest[other[rest]]
     share = strength[rest]
     if share.any():
         share = share * (strength.sum() - strength[special].sum()) / share.sum()

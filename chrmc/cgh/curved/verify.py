@@ -5,15 +5,17 @@ coherent lattices, at grazing footprints, and where waves cancel, only a look at
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.assembly import Factor, phasor, reference_cycles
+from chrmc.cgh.curved.assembly import Factor, reference_cycles
 from chrmc.cgh.curved.direct import field_at
 from chrmc.cgh.curved.nodes import Axis, Line
-from chrmc.cgh.curved.parallel import alone
+from chrmc.cgh.curved.parallel import alone, spread
+from chrmc.cgh.curved.wave import phasor
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
@@ -101,14 +103,16 @@ def measured_error(
     random = np.random.default_rng(len(cloud))
     columns = _picked([factor.axis_x for factor in factors], random)
     rows = _picked([factor.axis_y for factor in factors], random)
-    values = np.zeros((len(rows[0]), len(columns[0])), dtype=np.complex128)
-    for factor in factors:
-        values += _read(factor, rows[0], columns[0], lines, wavelength)
+    read = partial(_read, rows=rows[0], columns=columns[0], lines=lines, wavelength=wavelength)
+    lattice = Lattice(rows, columns, np.sum(spread(read, factors), axis=0))
 
     def exact(x: Floats, y: Floats) -> Complexes:
-        return field_at(cloud, x, y, wavelength, reach)
+        def some(part: slice) -> Complexes:
+            return field_at(cloud, x[part], y[part], wavelength, reach)
 
-    lattice = Lattice(rows, columns, values)
+        half = len(x) // 2
+        return np.concatenate(spread(some, [slice(half), slice(half, None)]))
+
     return lattice.error(exact, lines, len(cloud), tolerance, expected)
 
 

@@ -112,6 +112,27 @@ def by_curvature(positions: Floats) -> Floats:
     return np.column_stack([positions[:, :2], 1 / positions[:, 2]])
 
 
+_STEPS = 1024  # of a turn
+_COS, _SIN = (turn(2 * pi / _STEPS * np.arange(_STEPS)) for turn in (np.cos, np.sin))
+
+
+def phasor(cycles: Floats) -> tuple[Floats, Floats]:
+    """cos and sin of 2π·cycles, to 4e-12: a table, and two terms of their series between its steps.
+
+    Twice as fast as the functions, in blocks that fit the second cache.
+    """
+    rest = cycles * _STEPS
+    whole = np.rint(rest)
+    rest -= whole
+    rest *= 2 * pi / _STEPS
+    step = whole.astype(np.intp)
+    step &= _STEPS - 1
+    cos, sin = _COS.take(step), _SIN.take(step)
+    less = -0.5 * rest * rest  # cos(rest) − 1
+    rest += rest * less * (1 / 3)  # sin(rest)
+    return cos + (cos * less - sin * rest), sin + (sin * less + cos * rest)
+
+
 def phasors(radians: Floats, modulus: Floats | float = 1.0) -> NDArray[np.complex128]:
     """modulus·exp(i·radians), broadcast; several times faster than a complex exponential."""
     out = np.empty(np.broadcast_shapes(radians.shape, np.shape(modulus)), dtype=np.complex128)

@@ -55,6 +55,17 @@ def test_cycles_keep_their_digits_at_a_hundred_metres() -> None:
     np.testing.assert_allclose(got, exact.astype(float), rtol=0, atol=3e-10)
 
 
+def test_phasors_from_the_table_are_cosine_and_sine() -> None:
+    random = np.random.default_rng(0)
+    cycles = np.concatenate([random.uniform(-1e4, 1e4, 3000), np.arange(-9, 9) / 2048, [0.0]])
+    cos, sin = wave.phasor(cycles)
+    turn = 2 * np.pi * (cycles - np.rint(cycles))
+    np.testing.assert_allclose(cos, np.cos(turn), rtol=0, atol=5e-12)
+    np.testing.assert_allclose(sin, np.sin(turn), rtol=0, atol=5e-12)
+    # Many waves in step do not add the errors up.
+    assert abs(np.mean(cos - np.cos(turn))) < 1e-12 > abs(np.mean(sin - np.sin(turn)))
+
+
 def test_interpolated_cycles_are_the_cycles() -> None:
     t = np.linspace(-8e-3, 8e-3, 400)
     random = np.random.default_rng(0)

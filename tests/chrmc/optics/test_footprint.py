@@ -40,6 +40,13 @@ def test_taper_is_even_falls_and_ends(u: float, half: float) -> None:
         assert value == 0
 
 
+@pytest.mark.parametrize("left", [1e-6, 1e-3, 0.3, 1.0])
+def test_taper_keeps_its_digits_where_a_footprint_only_grazes(left: float) -> None:
+    # `left` of the soft share is inside the footprint: sin² of what is left, not cos² less one.
+    value = taper(np.array([1 - 0.1 * left]), np.array(1.0))
+    assert value == pytest.approx(np.sin(np.pi / 2 * left) ** 2, rel=1e-8)
+
+
 def test_taper_of_an_unlimited_band_is_one() -> None:
     assert np.all(taper(np.array([0.0, 1.0, -1e9]), np.array(np.inf)) == 1)
 
