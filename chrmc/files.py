@@ -27,8 +27,12 @@ def replacing(path: Path) -> Iterator[Path]:
 def write_json(path: Path, content: Any) -> None:
     """Write `content` as readable JSON, whole or not at all."""
     with replacing(path) as partial:
-        text = json.dumps(content, indent=1, allow_nan=False, default=_plain)
-        partial.write_text(text + "\n", encoding="utf-8")
+        partial.write_text(json_text(content) + "\n", encoding="utf-8")
+
+
+def json_text(content: Any) -> str:
+    """Readable JSON; ValueError for what is not finite."""
+    return json.dumps(content, indent=1, allow_nan=False, default=_plain)
 
 
 def _plain(value: Any) -> Any:

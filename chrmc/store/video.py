@@ -8,6 +8,7 @@ a run that was cut off leaves them, and they count.
 
 import time
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ from chrmc.record import FrameRecord
 from chrmc.slm import SLM
 from chrmc.store.differences import refuse_another
 from chrmc.store.manifest import FORMAT, checked, checked_frame, plain_file
+from chrmc.store.spool import Spool
 
 if TYPE_CHECKING:
     import pandas
@@ -145,11 +147,16 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     if (folder / COLOUR).exists():
         names = ", ".join(str(path) for path in sorted(folder.glob("*nm")))
         raise ValueError(f"{folder} holds a video in colours: name one of them, {names}")
+    return _read(folder)[1]
+
+
+def _read(folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """A folder's manifest as it is written, and checked."""
     content = read_json(folder / MANIFEST, "hologram video; make one with `chrmc generate`")
     try:
         if isinstance(content, dict) and isinstance(content.get("frames"), list):
             content["frames"] = list(_with_groups(folder, content["frames"]))
-        return checked(content)
+        return content, checked(content)
     except ValueError as error:
         raise ValueError(
             f"{folder / MANIFEST} is not a hologram video's manifest ({error}): remake it"
@@ -187,13 +194,13 @@ class GroupWriter:
     """Writes a group's frames and its record; nobody else writes that file.
 
     first : the group's first frame
-    entries : those of its frames that were there before
     """
 
     folder: Path
     first: int
     suffix: str = ".tif"
     entries: dict[int, Entry] = field(default_factory=dict)
+    _recorded: set[int] = field(default_factory=set)
     _saved: float = 0.0
 
     @property
@@ -218,12 +225,21 @@ class GroupWriter:
             self.save()
 
     def save(self) -> None:
-        """Write the record of the group's frames so far."""
-        if self.entries:
-            _still_there(self.folder)
-            frames = [self.entries[n] for n in sorted(self.entries)]
+        """Write the record of the group's frames so far; where it cannot be written, the frames
+        that no record names go."""
+        if not self.entries:
+            return
+        _still_there(self.folder)
+        frames = [self.entries[n] for n in sorted(self.entries)]
+        try:
             write_json(self.path, {"made_on": arithmetic(), "frames": frames})
-            self._saved = time.monotonic()
+        except OSError:
+            for number in self.entries.keys() - self._recorded:
+                with suppress(OSError):
+                    (self.folder / self.entries.pop(number)["file"]).unlink(missing_ok=True)
+            raise
+        self._recorded = set(self.entries)
+        self._saved = time.monotonic()
 
 
 def _still_there(folder: Path) -> None:
@@ -235,6 +251,8 @@ def _still_there(folder: Path) -> None:
 class VideoWriter:
     """Writes a video's manifest; state is the manifest in the making. See `lock.writer_lock`.
 
+    entries : of the frames that are there, kept on disk
+
     folder : made when absent
     description : everything of the manifest but `frames`; a folder that holds a video of another
         description is refused with what differs
@@ -244,7 +262,7 @@ class VideoWriter:
     folder: Path
     description: dict[str, Any]
     suffix: str = ".tif"
-    entries: dict[int, Entry] = field(default_factory=dict)
+    entries: Spool = field(init=False)
     made_on: list[Any] = field(default_factory=list)
     _saved: float = 0.0
     _pause: float = SAVE_INTERVAL
@@ -254,20 +272,23 @@ class VideoWriter:
         before = existing_manifest(self.folder)
         if before is not None:
             refuse_another(self.folder, before, self.description)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.entries = Spool(self.folder)
+        if before is not None:
             for entry in before["frames"]:
                 path = self.folder / plain_file(entry["file"])
                 if path.is_file() and sha256(path) == entry["sha256"]:
-                    self.entries[int(entry["number"])] = entry
+                    self.entries.add(entry)
             self.made_on += before.get("made_on", [])
             sweep(self.folder)
-        self.folder.mkdir(parents=True, exist_ok=True)
 
     def take_in(self) -> list[Path]:
         """Take in the records of groups; their paths."""
         paths = group_records(self.folder)
         for path in paths:
             entries, made_on = group_record(path)
-            self.entries |= {int(entry["number"]): entry for entry in entries}
+            for entry in entries:
+                self.entries.add(entry)
             self.made_on += [machine for machine in made_on if machine not in self.made_on]
         return paths
 
@@ -292,9 +313,8 @@ class VideoWriter:
         """Write the manifest of all frames so far."""
         _still_there(self.folder)
         start = time.monotonic()
-        frames = [self.entries[n] for n in sorted(self.entries)]
-        content = self.description | {"made_on": self.made_on, "frames": frames}
-        write_json(self.folder / MANIFEST, content)
+        content = self.description | {"made_on": self.made_on}
+        self.entries.write_manifest(self.folder / MANIFEST, content)
         self._saved = time.monotonic()
         # A long manifest is saved more rarely: a twentieth of the time at most.
         self._pause = max(SAVE_INTERVAL, 20 * (self._saved - start))
@@ -315,9 +335,7 @@ def existing_manifest(folder: Path) -> dict[str, Any] | None:
     if (folder / COLOUR).exists():
         raise ValueError(f"{folder} holds a video in colours: choose another --out, or remove it")
     if (folder / MANIFEST).exists():
-        read_manifest(folder)  # refuses what is none
-        raw: dict[str, Any] = read_json(folder / MANIFEST, "hologram video")
-        return raw | {"frames": list(_with_groups(folder, raw["frames"]))}
+        return _read(folder)[0]
     if folder.is_dir() and any(folder.glob("frame_*")):
         raise ValueError(
             f"{folder} holds frames without a {MANIFEST}: they are not this video's; "
