@@ -161,7 +161,7 @@ def soak(name: str, arguments: list[str], folder: Path, minutes: float) -> str:
     told = process.communicate()[1].strip()
     if early not in (None, 0):
         return f"{name} ended with {early}: {told[-200:]}"
-    # A manifest keeps a record of each frame: a hundred frames, a megabyte.
+    # At the end the manifest is read back whole: a hundred frames, a megabyte.
     growth = grown(samples, 16 + 0.01 * len(list((folder / "made").glob("frame_*"))))
     return f"{name} grows: {growth}" if growth else ""
 
