@@ -192,6 +192,10 @@ def _connected(
         try:
             if not client.scheduler_info()["workers"]:
                 raise OSError(f"{scheduler} has no workers: start some with `dask worker`")
+            for worker, found in client.run(version, on_error="return").items():
+                if found != version():
+                    told = found if isinstance(found, str) else "another version"
+                    raise OSError(f"{worker} has chrmc {told}, not {version()}: install the same")
             yield client
         finally:
             client.close(timeout=_CONNECT)

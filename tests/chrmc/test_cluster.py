@@ -2,10 +2,12 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -51,8 +53,6 @@ def waiting(cloud, slm, wavelength, window, passband):
 '''
 PATHS = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
 ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join(PATHS)}
-IMPATIENT = ENVIRONMENT | {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "1s"}
-"""Of programs that look for a scheduler which is not there: users' look for ten seconds."""
 
 
 @pytest.fixture
@@ -62,14 +62,19 @@ def own(tmp_path: Path) -> Path:
 
 
 def start(
-    folder: Path, out: str, cgh: str, *more: str, environment: dict[str, str] = ENVIRONMENT
-) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "chrmc", "generate", "own.py:scene", "--out", out]
+    folder: Path,
+    out: str,
+    cgh: str,
+    *more: str,
+    on: "Machine | None" = None,
+) -> "subprocess.Popen[str]":
+    command = [*(on.prefix if on else ()), sys.executable, "-m", "chrmc", "generate"]
+    command += ["own.py:scene", "--out", out]
     command += ["--slm", "320x96:16e-6", "--check-pixels", "8", "--cgh", f"own.py:{cgh}"]
     return subprocess.Popen(
         [*command, "--group", "2", "--compensation", "tr-nlut", *more],
         cwd=folder,
-        env=environment,
+        env=ENVIRONMENT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -98,68 +103,125 @@ def test_two_workers_of_which_one_is_killed_make_the_same_bytes(own: Path) -> No
     assert len(list((own / "both").iterdir())) == 9
 
 
-def test_a_group_that_fails_three_times_is_named_and_the_rest_is_finished(own: Path) -> None:
-    run = start(own, "v", "failing", "--workers", "2")
-    _, told = run.communicate()
-    assert run.returncode == 2
-    assert told.count("\n") == 1
-    assert "failed 3 times (this frame will not do); the others are finished" in told
-    assert (own / "tries").stat().st_size == 3
-    assert chrmc.open_video(own / "v").numbers == [1, 2, 5, 6, 7, 8]
+@dataclass(frozen=True)
+class Machine:
+    """A host of its own: an address, what a command on it begins with, and a temporary folder."""
+
+    address: str
+    prefix: tuple[str, ...]
+    folder: Path
+
+    def start(self, *arguments: str, paths: Sequence[Path] = ()) -> "subprocess.Popen[bytes]":
+        found = os.pathsep.join([*map(str, paths), ENVIRONMENT["PYTHONPATH"]])
+        return subprocess.Popen(
+            [*self.prefix, sys.executable, *arguments],
+            cwd=self.folder,
+            env=ENVIRONMENT | {"TMPDIR": str(self.folder), "PYTHONPATH": found},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
 
 
 @pytest.fixture
-def scheduler(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
-    """A scheduler and two workers, each with a temporary folder of its own."""
-    running: list[subprocess.Popen[bytes]] = []
+def machines(tmp_path: Path) -> Iterator[list[Machine]]:
+    """Two hosts: network namespaces joined by a cable where the rights are there, else two
+    addresses of this one."""
+    names = [f"chrmc{os.getpid()}{end}" for end in "ab"]
+    folders = [tmp_path / f"machine{k}" for k in range(2)]
+    for folder in folders:
+        folder.mkdir()
 
-    def run(*arguments: str) -> None:
-        log = (tmp_path / f"log{len(running)}").open("wb")
-        command = [sys.executable, "-m", *arguments]
-        running.append(subprocess.Popen(command, env=ENVIRONMENT, stdout=log, stderr=log))
+    def ip(*words: str) -> bool:
+        try:
+            return subprocess.run(["ip", *words], capture_output=True).returncode == 0
+        except FileNotFoundError:
+            return False
 
-    file = tmp_path / "scheduler.json"
-    run("distributed.cli.dask_scheduler", "--scheduler-file", str(file), "--port", "0",
-        "--host", "127.0.0.1", "--no-dashboard", "--no-show")  # fmt: skip
-    while not file.exists():
-        assert running[0].poll() is None
-    for k in range(2):
-        (tmp_path / f"machine{k}").mkdir()
-        run("distributed.cli.dask_worker", "--scheduler-file", str(file), "--nthreads", "1",
-            "--local-directory", str(tmp_path / f"machine{k}"), "--no-dashboard",
-            "--host", "127.0.0.1", "--memory-limit", "0")  # fmt: skip
+    cable = ["link", "add", "cable0", "netns", names[0], "type", "veth",
+             "peer", "name", "cable1", "netns", names[1]]  # fmt: skip
+    apart = all([ip("netns", "add", name) for name in names]) and ip(*cable)
+    for k, name in enumerate(names):
+        apart = (
+            apart
+            and ip("-n", name, "address", "add", f"10.77.0.{k + 1}/24", "dev", f"cable{k}")
+            and ip("-n", name, "link", "set", f"cable{k}", "up")
+            and ip("-n", name, "link", "set", "lo", "up")
+        )
     try:
+        yield [
+            Machine(f"10.77.0.{k + 1}", ("ip", "netns", "exec", names[k]), folders[k])
+            if apart
+            else Machine(f"127.0.0.{k + 1}", (), folders[k])
+            for k in range(2)
+        ]
+    finally:
+        for name in names:
+            ip("netns", "delete", name)
+
+
+@pytest.fixture
+def cluster(
+    machines: list[Machine], tmp_path: Path
+) -> Iterator[tuple[str, list["subprocess.Popen[bytes]"]]]:
+    """A scheduler on the first machine; its address, and the processes, the scheduler first."""
+    file = tmp_path / "scheduler.json"
+    words = ["--scheduler-file", str(file), "--port", "0", "--host", machines[0].address]
+    words += ["--no-dashboard", "--no-show"]
+    running = [machines[0].start("-m", "distributed.cli.dask_scheduler", *words)]
+    try:
+        while not file.exists():
+            assert running[0].poll() is None
         yield json.loads(file.read_text())["address"], running
     finally:
         for process in reversed(running):
             process.send_signal(signal.SIGINT)
         for process in running:
             try:
-                process.wait(timeout=60)
+                process.wait(timeout=240)
             except subprocess.TimeoutExpired:
                 process.kill()
 
 
-def wait_for_workers(address: str, count: int) -> None:
-    from distributed import Client
+def worker(machine: Machine, address: str, *paths: Path) -> "subprocess.Popen[bytes]":
+    return machine.start(
+        "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-dashboard",
+        "--host", machine.address, "--memory-limit", "0", "--local-directory",
+        str(machine.folder), paths=paths,
+    )  # fmt: skip
 
-    with Client(address, set_as_default=False, timeout=240) as client:
-        client.wait_for_workers(count, timeout=240)
+
+def wait_for_workers(machine: Machine, address: str, count: int) -> None:
+    code = (
+        "import sys; from distributed import Client; "
+        "Client(sys.argv[1], timeout=240).wait_for_workers(int(sys.argv[2]), timeout=240)"
+    )
+    assert machine.start("-c", code, address, str(count)).wait() == 0
 
 
-def test_a_running_scheduler_does_the_same_and_its_end_is_told(
-    own: Path, scheduler: tuple[str, list[subprocess.Popen[bytes]]]
+def test_two_machines_do_the_same_and_say_what_fails(
+    own: Path, machines: list[Machine], cluster: tuple[str, list["subprocess.Popen[bytes]"]]
 ) -> None:
-    address, running = scheduler
+    address, running = cluster
     alone = start(own, "alone", "field")
-    wait_for_workers(address, 2)
-    run = start(own, "v", "field", "--scheduler", address)
+    running += [worker(machine, address) for machine in machines]
+    wait_for_workers(machines[0], address, 2)
+    run = start(own, "v", "field", "--scheduler", address, on=machines[0])
     told = run.communicate()
     assert (run.returncode, told[1]) == (0, "")
     assert alone.wait() == 0
     assert bytes_of(own / "v") == bytes_of(own / "alone")
 
-    lost = start(own, "lost", "waiting", "--scheduler", address)
+    # A group that fails three times is named, and the rest is finished.
+    failing = start(own, "part", "failing", "--scheduler", address, on=machines[0])
+    _, told_part = failing.communicate()
+    assert failing.returncode == 2
+    assert told_part.count("\n") == 1
+    assert "failed 3 times (this frame will not do); the others are finished" in told_part
+    assert (own / "tries").stat().st_size == 3
+    assert chrmc.open_video(own / "part").numbers == [1, 2, 5, 6, 7, 8]
+
+    # The scheduler's end is told, and what was finished is kept.
+    lost = start(own, "lost", "waiting", "--scheduler", address, on=machines[0])
     while not list((own / "lost").glob("frame_*")):
         assert lost.poll() is None, lost.communicate()
     running[0].kill()
@@ -169,6 +231,26 @@ def test_a_running_scheduler_does_the_same_and_its_end_is_told(
     assert "is gone; what was finished is kept" in told_lost
     kept = chrmc.open_video(own / "lost").numbers
     assert 0 < len(kept) < 8
+
+
+@pytest.mark.long
+def test_a_worker_of_another_version_is_named_and_nothing_is_left(
+    own: Path, machines: list[Machine], cluster: tuple[str, list["subprocess.Popen[bytes]"]]
+) -> None:
+    address, running = cluster
+    other = own / "other"
+    shutil.copytree(Path(chrmc.__file__).parent, other / "chrmc")
+    face = other / "chrmc" / "__init__.py"
+    face.write_text(face.read_text().replace(f'"{chrmc.__version__}"', '"0.0.1"'))
+    running += [worker(machines[0], address), worker(machines[1], address, other)]
+    wait_for_workers(machines[0], address, 2)
+    run = start(own, "v", "field", "--scheduler", address, on=machines[0])
+    _, told = run.communicate()
+    assert run.returncode == 2
+    assert told.count("\n") == 1
+    assert f"has chrmc 0.0.1, not {chrmc.__version__}: install the same" in told
+    assert machines[1].address in told
+    assert not (own / "v").exists()
 
 
 @pytest.mark.parametrize(
@@ -182,7 +264,7 @@ def test_a_running_scheduler_does_the_same_and_its_end_is_told(
 def test_a_cluster_that_cannot_be_is_told_and_nothing_is_left(
     own: Path, more: tuple[str, ...], words: str
 ) -> None:
-    run = start(own, "v", "field", *more, environment=IMPATIENT)
+    run = start(own, "v", "field", *more)
     _, told = run.communicate()
     assert run.returncode == 2
     assert told.count("\n") == 1
@@ -190,6 +272,7 @@ def test_a_cluster_that_cannot_be_is_told_and_nothing_is_left(
     assert not (own / "v").exists()
 
 
+@pytest.mark.long
 def test_an_interrupt_keeps_what_is_finished(own: Path) -> None:
     run = start(own, "v", "waiting", "--workers", "1")
     while not list((own / "v").glob("frame_*")):
