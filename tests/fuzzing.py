@@ -72,10 +72,21 @@ COMMANDS: dict[str, list[str]] = {
                 "--size", "--count", "--thickness", "--level", "--low", "--high", "--slm"],
     "bench-sheet": ["--frame", "--focal1", "--focal2", "--slm", "--wavelength", "--form"],
     "live": ["--frames", "--cgh", "--tolerance", "--slm", "--ahead", "--set"],
+    "sweep": ["--folder", "--plot", "--out", "--keep-videos", "--force"],
 }  # fmt: skip
-FLAGS = {"--png", "--force", "--truth", "--json", "--metrics", "--all", "--energy", "--windowed"}
+FLAGS = {
+    "--png",
+    "--force",
+    "--keep-videos",
+    "--truth",
+    "--json",
+    "--metrics",
+    "--all",
+    "--energy",
+    "--windowed",
+}
 USUAL = {
-    "generate": ["car-house", "--out", "v", "--frames", "1:1", *PANEL, "--compensation", "none"],
+    "generate": ["scene", "--out", "v", "--frames", "1:1", *PANEL, "--compensation", "none"],
     "scene": ["car-house", "--out", "s", "--frames", "1:1"],
     "check": ["video"],
     "reconstruct": ["video", "--frame", "1", "--depth", "252mm", "--out", "o.png"],
@@ -83,7 +94,8 @@ USUAL = {
     "play": ["video", "--headless"],
     "pattern": ["point", "--out", "p.png", *PANEL],
     "bench-sheet": ["car-house"],
-    "live": ["car-house", "--headless", "--frames", "1:1", *PANEL, "--compensation", "none"],
+    "live": ["scene", "--headless", "--frames", "1:1", *PANEL, "--compensation", "none"],
+    "sweep": ["r.toml"],
 }
 ON_FILES = [
     ["generate", "scene", "--out", "v", *PANEL],
@@ -93,17 +105,22 @@ ON_FILES = [
     ["panorama", "video", "--out", "p.png"],
     ["play", "video", "--headless"],
     ["play", "video/frame_0001.tif", "--headless", *PANEL],
-    ["generate", "car-house", "--out", "video", "--frames", "1:2", *PANEL, "--cgh", "fresnel",
-     "--compensation", "none"],
-    ["generate", "car-house", "--out", "v", "--frames", "1:1", *PANEL, "--response", "grey.csv"],
+    ["generate", "scene", "--out", "video", *PANEL, *FRESH],
+    ["generate", "scene", "--out", "v", "--frames", "1:1", *PANEL, "--response", "grey.csv"],
+    ["sweep", "r.toml"],
 ]  # fmt: skip
 
 
 def prepared(folder: Path) -> None:
     """A scene, a video and a table that are as they should be."""
     run_quietly(["scene", "car-house", "--out", str(folder / "scene"), "--frames", "1:2"])
-    video = ["--out", str(folder / "video"), "--frames", "1:2"]
-    run_quietly(["generate", "car-house", *video, *PANEL, *FRESH])
+    video = ["--out", str(folder / "video")]
+    run_quietly(["generate", str(folder / "scene"), *video, *PANEL, *FRESH])
+    (folder / "r.toml").write_text(
+        'scenes = ["scene"]\nmethods = ["fresnel", { cgh = "wrp", set = { planes = 1 } }]\n'
+        'tolerances = [1e-2]\nencodings = "ssb"\nslms = ["192x120:81um"]\nframes = "1:1"\n'
+        "check = [1]\nwavelength = 532e-9\ncheck_pixels = 16\n"
+    )
     (folder / "grey.csv").write_text("grey,intensity\n0,0.01\n64,0.1\n128,0.4\n255,1\n")
 
 

@@ -98,7 +98,9 @@ def inside(counted: Path, arguments: list[str]) -> None:
         while True:
             time.sleep(1)
             held[:] = [h for h in held if not isinstance(h.mglo, moderngl.InvalidObject)]
-            counted.write_text(str(len(held)))
+            fresh = counted.with_suffix(".new")
+            fresh.write_text(str(len(held)))
+            fresh.replace(counted)
 
     threading.Thread(target=count, daemon=True).start()
     main(arguments)

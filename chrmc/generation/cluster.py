@@ -7,6 +7,7 @@ and only numbers travel over the network.
 
 import hashlib
 import logging
+import socket
 import sys
 from collections.abc import Generator, Iterator
 from concurrent.futures import CancelledError
@@ -188,6 +189,7 @@ def _connected(
     if workers is not None and scheduler is not None:
         raise ValueError("--workers starts a cluster, --scheduler uses a running one: give one")
     if scheduler is not None:
+        _answers(scheduler)
         client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
         try:
             if not client.scheduler_info()["workers"]:
@@ -216,6 +218,19 @@ def _connected(
         Client(cluster, timeout=_CONNECT, set_as_default=False) as client,
     ):
         yield client
+
+
+def _answers(scheduler: str) -> None:
+    """OSError where nothing listens: dask itself goes on trying."""
+    from distributed.comm import get_address_host_port
+
+    try:
+        socket.create_connection(get_address_host_port(scheduler), _CONNECT).close()
+    except (OSError, ValueError, OverflowError) as error:
+        why = " ".join(str(getattr(error, "strerror", None) or error).split())
+        raise OSError(
+            f"no scheduler answers at {scheduler} ({why}): give tcp://HOST:PORT"
+        ) from None
 
 
 def _told(task: Any) -> str:
