@@ -1,8 +1,7 @@
 """The making of a stored hologram video, group by group."""
 
-import errno
 from collections.abc import Collection, Generator, Iterator
-from contextlib import AbstractContextManager, closing, contextmanager, suppress
+from contextlib import AbstractContextManager, closing, suppress
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from chrmc.cgh import method_named
 from chrmc.compensation.frame import VideoFrame
+from chrmc.files import told_when_full
 from chrmc.generation.recipe import CHECK_SEED, Recipe, describe
 from chrmc.light_map import LightMap
 from chrmc.optics.footprint import coverage
@@ -75,19 +75,6 @@ def make_video(
         return made
 
 
-@contextmanager
-def told_when_full(folder: Path) -> Iterator[None]:
-    """A full disk in words."""
-    try:
-        yield
-    except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
-            raise
-        raise OSError(
-            f"{folder}: no space is left; what was finished is kept, the same command goes on"
-        ) from None
-
-
 def is_another(folder: Path, recipe: Recipe) -> bool:
     """Whether a folder holds a video, and that of another recipe."""
     before = existing_manifest(folder)
@@ -138,8 +125,19 @@ def _fill(
     """Make the missing ones of the frames `numbers`, group by group."""
     description = whole_description(recipe, existing_manifest(folder), folder, *look)
     writer = VideoWriter(folder, description, suffix)
+    with closing(writer.entries):
+        return _fill_missing(recipe, writer, numbers, workers, scheduler)
+
+
+def _fill_missing(
+    recipe: Recipe,
+    writer: VideoWriter,
+    numbers: range,
+    workers: int | None,
+    scheduler: str | None,
+) -> int:
     missing = [n for n in numbers if n not in writer.entries]
-    if missing or group_records(folder):  # a run that was cut off may have left these
+    if missing or group_records(writer.folder):  # a run that was cut off may have left these
         writer.collect()
     if not missing:
         return 0

@@ -27,7 +27,7 @@ class DepthPlanes:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.first) and self.first > 0):
             raise ValueError(f"depth_min must be a positive depth, not {self.first} m")
-        if not (np.isfinite(self.step) and self.step > 0):
+        if not (np.isfinite(self.step) and self.step >= 1e-15):
             raise ValueError(f"depth_step must be a positive length, not {self.step} m")
         if self.count < 1:
             raise ValueError(f"depth_planes must be at least 1, not {self.count}")

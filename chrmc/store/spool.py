@@ -13,12 +13,16 @@ class Spool:
 
     folder : where that file lies
 
-    In memory are only the numbers, and where each entry's text begins and ends.
+    In memory are only the numbers, and where each entry's text begins and ends. Close it.
     """
 
     def __init__(self, folder: Path) -> None:
         self._file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115 - it lives as long as this
         self._places: dict[int, tuple[int, int]] = {}
+
+    def close(self) -> None:
+        """Forget all entries."""
+        self._file.close()
 
     def __contains__(self, number: int) -> bool:
         return number in self._places

@@ -8,21 +8,26 @@ a run that was cut off leaves them, and they count.
 
 import time
 from collections.abc import Collection, Iterator
-from contextlib import suppress
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.files import read_json, sha256, sweep, write_json
-from chrmc.machine import arithmetic
-from chrmc.pictures import read_grey, write_grey
-from chrmc.record import FrameRecord
+from chrmc.files import read_json, sha256, sweep
+from chrmc.pictures import read_grey
 from chrmc.slm import SLM
 from chrmc.store.differences import refuse_another
-from chrmc.store.manifest import FORMAT, checked, checked_frame, plain_file
+from chrmc.store.group import (
+    SAVE_INTERVAL,
+    Entry,
+    GroupWriter,
+    group_record,
+    group_records,
+    still_there,
+)
+from chrmc.store.manifest import FORMAT, checked, plain_file
 from chrmc.store.spool import Spool
 
 if TYPE_CHECKING:
@@ -42,10 +47,6 @@ __all__ = [
 MANIFEST = "manifest.json"
 COLOUR = "colour.json"
 """In a folder of videos that belong together, one for each laser: `chrmc.store.colour`."""
-SAVE_INTERVAL = 1.0
-"""Seconds between records while a run goes on; frames since the last one are made again."""
-
-Entry = dict[str, Any]
 
 
 @dataclass(frozen=True, repr=False)
@@ -175,78 +176,6 @@ def _with_groups(folder: Path, entries: list[Any]) -> Iterator[Any]:
                 yield entry
 
 
-def group_record(path: Path) -> tuple[list[Entry], list[Any]]:
-    """The frames of a group's record, and what it was made on; ValueError for what is none."""
-    content = read_json(path, "hologram video")
-    if not isinstance(content, dict) or not isinstance(content.get("frames"), list):
-        raise ValueError(f"{path} is no record of a group: remove it")
-    made_on = [content["made_on"]] if "made_on" in content else []
-    return [checked_frame(entry) for entry in content["frames"]], made_on
-
-
-def group_records(folder: Path) -> list[Path]:
-    """Records of groups that the manifest has not taken in for good."""
-    return sorted(folder.glob("group_[0-9]*.json"))
-
-
-@dataclass
-class GroupWriter:
-    """Writes a group's frames and its record; nobody else writes that file.
-
-    first : the group's first frame
-    """
-
-    folder: Path
-    first: int
-    suffix: str = ".tif"
-    entries: dict[int, Entry] = field(default_factory=dict)
-    _recorded: set[int] = field(default_factory=set)
-    _saved: float = 0.0
-
-    @property
-    def path(self) -> Path:
-        """The group's record."""
-        return self.folder / f"group_{self.first:06d}.json"
-
-    def add(self, record: FrameRecord, levels: NDArray[np.uint8]) -> None:
-        """Store one frame with its entry; interrupted, neither. The record follows within
-        `SAVE_INTERVAL` or with `save`."""
-        _still_there(self.folder)
-        number, path = record.number, self.folder / f"frame_{record.number:04d}{self.suffix}"
-        try:
-            write_grey(path, levels)
-            named = {"number": number, "file": path.name, "sha256": sha256(path)}
-            self.entries[number] = named | asdict(record)
-        except BaseException:
-            if number not in self.entries:
-                path.unlink(missing_ok=True)
-            raise
-        if time.monotonic() - self._saved > SAVE_INTERVAL:
-            self.save()
-
-    def save(self) -> None:
-        """Write the record of the group's frames so far; where it cannot be written, the frames
-        that no record names go."""
-        if not self.entries:
-            return
-        _still_there(self.folder)
-        frames = [self.entries[n] for n in sorted(self.entries)]
-        try:
-            write_json(self.path, {"made_on": arithmetic(), "frames": frames})
-        except OSError:
-            for number in self.entries.keys() - self._recorded:
-                with suppress(OSError):
-                    (self.folder / self.entries.pop(number)["file"]).unlink(missing_ok=True)
-            raise
-        self._recorded = set(self.entries)
-        self._saved = time.monotonic()
-
-
-def _still_there(folder: Path) -> None:
-    if not folder.is_dir():
-        raise FileNotFoundError(f"{folder} is gone: it was removed while frames were being made")
-
-
 @dataclass
 class VideoWriter:
     """Writes a video's manifest; state is the manifest in the making. See `lock.writer_lock`.
@@ -311,7 +240,7 @@ class VideoWriter:
 
     def save(self) -> None:
         """Write the manifest of all frames so far."""
-        _still_there(self.folder)
+        still_there(self.folder)
         start = time.monotonic()
         content = self.description | {"made_on": self.made_on}
         self.entries.write_manifest(self.folder / MANIFEST, content)

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from chrmc.files import read_json, replacing, sweep, write_json
-from chrmc.generation.make import make_video, told_when_full
+from chrmc.files import read_json, replacing, sweep, told_when_full, write_json
+from chrmc.generation.make import make_video
 from chrmc.progress import progress
 from chrmc.scene.scene import Scene
 from chrmc.store.lock import writer_lock

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import chrmc.store.video as video_module
+import chrmc.store.group as group_module
 from chrmc.files import replacing, sha256, write_json
 from chrmc.pictures import read_grey, write_grey
 from chrmc.record import FrameRecord
@@ -78,13 +78,13 @@ def test_an_interrupt_leaves_no_frame_unlisted(
 ) -> None:
     stored(tmp_path, 1)
     group = GroupWriter(tmp_path, 2)
-    real = getattr(video_module, moment)
+    real = getattr(group_module, moment)
 
     def interrupted(*arguments: Any) -> None:
         real(*arguments)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(video_module, moment, interrupted)
+    monkeypatch.setattr(group_module, moment, interrupted)
     with pytest.raises(KeyboardInterrupt):
         group.add(FrameRecord(2), levels(2))
     assert [p.name for p in tmp_path.glob("frame_*")] == ["frame_0001.tif"]
