@@ -12,7 +12,8 @@ from math import sqrt
 from pathlib import Path
 from typing import Any
 
-from chrmc.generation.make import REPLACEMENT, is_another, make_video, told_when_full
+from chrmc.files import told_when_full
+from chrmc.generation.make import REPLACEMENT, is_another, make_video
 from chrmc.generation.recipe import Recipe, recipe_for
 from chrmc.grey_levels import scale_of
 from chrmc.python_file import one_line
