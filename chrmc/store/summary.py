@@ -24,7 +24,8 @@ def summary(video: Video) -> Iterator[str]:
     entries = video.frames
     n = max(len(entries), 1)
     keys = sum(e["key"] for e in entries)
-    yield f"{len(entries)} frames, {keys} of them key frames" + _why_all_keys(video)
+    why = _why_nothing_is_reused(video)
+    yield f"{len(entries)} frames, " + (why or f"{keys} of them key frames")
     stages: dict[str, float] = {}
     for entry in entries:
         for name, seconds in entry["stage_seconds"].items():
@@ -59,20 +60,20 @@ def _errors(entries: list[dict[str, Any]], key: str, words: str) -> Iterator[str
         yield f"{words}: median {np.median(errors):.1e}, worst {max(errors):.1e}"
 
 
-def _why_all_keys(video: Video) -> str:
-    """The reason, where every frame of several is a key frame."""
+def _why_nothing_is_reused(video: Video) -> str:
+    """The reason, where every frame of several was computed afresh; else nothing."""
     if len(video.frames) < 2 or not all(e["key"] for e in video.frames):
         return ""
     if video.methods.get("compensation") == "none":
-        return ": without compensation every frame is computed afresh"
+        return "each computed afresh: without compensation nothing is reused"
     reasons: dict[str, str] = {}
     for entry in video.frames:
         for name, said in entry.get("reuse", {}).items():
             how, _, why = str(said).partition(": ")
             if how == "afresh" and why:
-                reasons.setdefault(name, f"{name} afresh, {why}")
+                reasons.setdefault(name, f"{name}: {why}")
     if not reasons:
         return ""
     poses = "; ids and the poses of all objects in scene.json would tell"
     unknown = any("not known again" in why for why in reasons.values())
-    return ": " + "; ".join(reasons.values()) + (poses if unknown else "")
+    return "each computed afresh; " + "; ".join(reasons.values()) + (poses if unknown else "")
