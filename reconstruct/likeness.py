@@ -111,7 +111,7 @@ def compare(cells: Cells, expected: LightMap, depth_of_focus: float) -> Likeness
     ]
     error, height, _ = max(tries[: 4 if clear and relief.any() else 1], key=lambda t: t[2])
     shift = error if clear and np.isfinite(error) and height >= SHARP else 0.0
-    found = _at(cells.light, cells.depths, expected.depth + shift)
+    found = at_depths(cells.light, cells.depths, expected.depth + shift)
     factor, scatter = float("nan"), float("inf")
     if clear:
         factor, scatter = _stretch(sharp, cells.depths, middle + shift, relief, weight)
@@ -147,7 +147,7 @@ def dimmed(light: LightMap, brightness: NDArray[np.floating]) -> LightMap:
 
 def light_of(cells: Cells, expected: LightMap, depth_error: float) -> float:
     """Light in the cells that the scene lights, each at its depth, less what the dark ones hold."""
-    found = _at(cells.light, cells.depths, expected.depth + depth_error)
+    found = at_depths(cells.light, cells.depths, expected.depth + depth_error)
     lit = expected.light > 0
     dark = float(np.median(found[~lit])) if not lit.all() else 0.0
     return max(float((found[lit] - dark).sum()), 0.0)
@@ -178,7 +178,7 @@ def lateral_shift(
     return moved[1] * cell, moved[0] * cell
 
 
-def _at(
+def at_depths(
     values: NDArray[np.float64], depths: NDArray[np.float64], wanted: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """(m, n) values of a (D, m, n) stack, each cell at its own depth, interpolated."""
@@ -204,14 +204,14 @@ def _peak(
 ) -> tuple[float, float, float]:
     """Offset of the peak of the cells' mean sharpness, its height over the median in standard
     errors, and its value; no peak at the range's ends."""
-    curve = np.array([_mean(_at(sharp, depths, expected + o), weight) for o in offsets])
+    curve = np.array([_mean(at_depths(sharp, depths, expected + o), weight) for o in offsets])
     top = int(curve.argmax())
     if top in (0, len(curve) - 1):
         return float("nan"), 0.0, 0.0
     a, b, c = curve[top - 1 : top + 2]
     bend = a - 2 * b + c
     move = 0.5 * (a - c) / bend if bend < 0 else 0.0
-    there = _at(sharp, depths, expected + offsets[top])
+    there = at_depths(sharp, depths, expected + offsets[top])
     error = sqrt(float((weight**2 * (there - b) ** 2).sum())) / float(weight.sum())
     height = (b - float(np.median(curve))) / error if error > 0 else 0.0
     return float(offsets[top] + move * (offsets[1] - offsets[0])), float(height), float(b)
@@ -228,7 +228,7 @@ def _stretch(
     the scatter of the cells' slopes there and the bend of their mean)."""
     if not relief.any():
         return float("nan"), float("inf")
-    per_cell = np.array([weight * _at(sharp, depths, middle + g * relief) for g in STRETCHES])
+    per_cell = np.array([weight * at_depths(sharp, depths, middle + g * relief) for g in STRETCHES])
     curve = per_cell.sum(axis=(1, 2))
     top = int(curve.argmax())
     if top in (0, len(curve) - 1):

@@ -16,6 +16,7 @@ from reconstruct.focus import Focus, brightness_at, cells_of, find_focus, focus_
 from reconstruct.focus_metrics import METRICS
 from reconstruct.four_f_system import FourF, power
 from reconstruct.likeness import SHARP, Likeness, compare, dimmed, light_of
+from reconstruct.outline import outline_error
 from reconstruct.stack import FocalStack, brightness, focal_stack, patch_around
 from reconstruct.target import Target
 
@@ -231,7 +232,12 @@ def judge_object(
         seen = dimmed(target.light, brightness_at(stack, lit_by, stack.index(z)))
         cells = cells_of(stack, parts)
         shape = compare(cells, seen, coarse)
-        if shape.sharpness >= SHARP:
+        off = float("nan")
+        if focus.method == "region" and shape.told:
+            off = outline_error(stack, seen, parts, max(1.0, fine / stack.patch.pitch))
+        if np.isfinite(off):
+            focus = replace(focus, depth=z + off, method="outlines")
+        elif shape.sharpness >= SHARP:
             focus = replace(focus, depth=z + shape.depth_error, focused=True, method="cells")
     depth_error = focus.depth - z
     if shape is not None and total > 0:
