@@ -85,6 +85,27 @@ def reference_samples(
     return field.reshape(np.shape(rows))
 
 
+def true_waves(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    rows: NDArray[np.integer],
+    columns: NDArray[np.integer],
+    passband: Passband,
+) -> NDArray[np.complex128]:
+    """(N, K) each point's own wave at K pixels of its own, rows and columns (N, K)."""
+    x, y, z = (c[:, None] for c in cloud.positions.T)
+    dx, dy = slm.x(columns) - x, slm.y(rows) - y
+    weight = taper(dx, z * reach(wavelength, passband.fx_max))
+    weight *= taper(dy, z * reach(wavelength, passband.fy_max))
+    distance = np.sqrt(dx**2 + dy**2 + z**2)
+    cycles = distance / wavelength
+    cycles += cloud.phase[:, None] / (2 * np.pi) - np.rint(cycles)
+    amplitude = cloud.amplitude[:, None] * weight / distance
+    waves: NDArray[np.complex128] = amplitude * np.exp(2j * np.pi * cycles)
+    return waves
+
+
 def relative_error(field: NDArray[np.complexfloating], truth: NDArray[np.complexfloating]) -> float:
     """‖field − truth‖/‖truth‖, absolute phase and scale included; 0 where both vanish."""
     norm = float(np.linalg.norm(truth))

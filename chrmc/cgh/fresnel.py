@@ -6,11 +6,13 @@ wrong, most of it in the corners. It is quick, it is what much of the literature
 not the truth: `record.error_reference` shows the difference.
 """
 
+from math import ceil
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cgh.counts import OperationCounts
 from chrmc.cgh.method import CGHMethod
 from chrmc.optics.footprint import reach, taper
 from chrmc.optics.passband import Passband
@@ -65,4 +67,38 @@ def _axis(
     return phasor
 
 
-METHOD = CGHMethod(field)
+def cost(
+    cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
+) -> OperationCounts:
+    """Two tables and a complex product."""
+    count, pixels = float(len(cloud)), float(window.size)
+    return OperationCounts(
+        products=4 * count * pixels,
+        phasors=5 * count * sum(window.shape),
+        bytes=250 * pixels * ceil(count / _POINTS),
+        memory=16 * pixels + 40 * min(count, _POINTS) * sum(window.shape),
+    )
+
+
+def waves(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+    passband: Passband,
+) -> NDArray[np.complex128]:
+    """Each point's paraxial wave at pixels of its own, (N, K)."""
+    x, y, z = (c[:, None] for c in cloud.positions.T)
+    dx, dy = slm.x(columns) - x, slm.y(rows) - y
+    weight = taper(dx, z * reach(wavelength, passband.fx_max))
+    weight *= taper(dy, z * reach(wavelength, passband.fy_max))
+    cycles = (dx**2 + dy**2) / (2 * wavelength * z)
+    cycles += z / wavelength - np.rint(z / wavelength) + cloud.phase[:, None] / (2 * np.pi)
+    waves: NDArray[np.complex128] = (
+        cloud.amplitude[:, None] / z * weight * np.exp(2j * np.pi * cycles)
+    )
+    return waves
+
+
+METHOD = CGHMethod(field, cost=cost, waves=waves, rounding=1e-6, shares_cores=False)

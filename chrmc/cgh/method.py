@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cgh.counts import OperationCounts
 from chrmc.options import check_options, meant, option_names
 from chrmc.python_file import from_python_file, is_python_name
 from chrmc.ranges import short
@@ -26,6 +27,12 @@ class CGHMethod:
         Re(field·exp(+2πi·carrier·y)) for less work than the field takes
     field_and_error, signal_and_error : the same, and the relative L2 error that the method
         expects of it, None where it knows of none
+    cost : (cloud, slm, wavelength, window, passband, **options) → what a frame takes, an
+        `OperationCounts`, its cache being warm
+    waves : (cloud, slm, wavelength, rows, columns, passband, **options) → complex128 (N, K), each
+        point's wave at K pixels of its own, as the method forms it: what errors are expected from
+    rounding : relative error that single precision adds
+    shares_cores : whether all cores work on a frame, BLAS being at one thread
     new_cache : makes what the option `cache` takes, to be held for a whole video
     settings : its options from coarse to fine, as benches compare them
     """
@@ -34,6 +41,10 @@ class CGHMethod:
     signal: Callable[..., NDArray[np.float32]] | None = None
     field_and_error: Callable[..., tuple[NDArray[np.complex64], float | None]] | None = None
     signal_and_error: Callable[..., tuple[NDArray[np.float32], float | None]] | None = None
+    cost: Callable[..., OperationCounts] | None = None
+    waves: Callable[..., NDArray[np.complex128]] | None = None
+    rounding: float = 0.0
+    shares_cores: bool = True
     new_cache: Callable[[], Any] | None = None
     settings: tuple[Mapping[str, Any], ...] = ({},)
 

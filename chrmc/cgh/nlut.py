@@ -14,6 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cgh.counts import OperationCounts
 from chrmc.cgh.method import CGHMethod
 from chrmc.cgh.pfp import (
     DEPTH_SETTINGS,
@@ -22,9 +23,10 @@ from chrmc.cgh.pfp import (
     PFPTable,
     Placed,
     axis_factors,
+    placed_waves,
     quadrant,
 )
-from chrmc.optics.footprint import reach
+from chrmc.optics.footprint import coverage, reach
 from chrmc.optics.passband import Passband
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
@@ -156,4 +158,52 @@ def _halves(low: int, high: int, centre: int) -> Iterator[tuple[int, int, slice]
         yield after, high, slice(after - centre, high - centre)
 
 
-METHOD = CGHMethod(field, new_cache=PFPTable, settings=DEPTH_SETTINGS)
+def cost(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    passband: Passband,
+    *,
+    depth_step: float | None = DEPTH_STEP,
+    subpixel: str = "exact",
+    **_: object,
+) -> OperationCounts:
+    """A look-up for each point and pixel of its footprint; PFPs too where the table forgets."""
+    placed = Placed.of(cloud, slm, wavelength, depth_step, subpixel)
+    share = coverage(cloud, slm, wavelength, passband)
+    each = np.where(placed.shift_only, 1.6, 2.6)
+    extent = placed.extent(slm, wavelength, passband)
+    planes = len(np.unique(placed.plane))
+    held = 8.0 * planes * extent[0] * extent[1]
+    built = float(planes * extent[0] * extent[1]) if held > PFPTable().limit else 0.0
+    return OperationCounts(
+        lookups=float(share @ each) * window.size,
+        phasors=4 * built + 5.0 * len(cloud) * sum(window.shape),
+        bytes=40.0 * window.size,
+        calls=40.0 * len(cloud) * window.size / _BLOCK + 100.0 * planes,
+        memory=8.0 * window.size + min(held, float(PFPTable().limit)),
+    )
+
+
+def waves(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+    passband: Passband,
+    *,
+    depth_step: float | None = DEPTH_STEP,
+    subpixel: str = "exact",
+    pfp: str = "spherical",
+    **_: object,
+) -> NDArray[np.complex128]:
+    """Each point's shifted PFP at pixels of its own, (N, K)."""
+    placed = Placed.of(cloud, slm, wavelength, depth_step, subpixel)
+    return placed_waves(placed, slm, wavelength, rows, columns, passband, pfp)
+
+
+METHOD = CGHMethod(
+    field, cost=cost, waves=waves, rounding=3e-7, new_cache=PFPTable, settings=DEPTH_SETTINGS
+)

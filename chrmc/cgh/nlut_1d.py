@@ -5,11 +5,22 @@ sum over points is one matrix product. It equals `nlut` with pfp="fresnel" to ro
 its paraxial error.
 """
 
+from math import ceil
+
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cgh.counts import OperationCounts
 from chrmc.cgh.method import CGHMethod
-from chrmc.cgh.pfp import DEPTH_SETTINGS, DEPTH_STEP, PFPTable, Placed, axis_factors, quarter_axis
+from chrmc.cgh.pfp import (
+    DEPTH_SETTINGS,
+    DEPTH_STEP,
+    PFPTable,
+    Placed,
+    axis_factors,
+    placed_waves,
+    quarter_axis,
+)
 from chrmc.optics.passband import Passband
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
@@ -73,4 +84,48 @@ def field(
     return out
 
 
-METHOD = CGHMethod(field, new_cache=PFPTable, settings=DEPTH_SETTINGS)
+def cost(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    passband: Passband,
+    *,
+    depth_step: float | None = DEPTH_STEP,
+    **_: object,
+) -> OperationCounts:
+    """Two tables, read and corrected, and a complex product."""
+    count, pixels = float(len(cloud)), float(window.size)
+    z = cloud.positions[:, 2]
+    planes = len(np.unique(z if depth_step is None else np.rint(z / depth_step)))
+    chunks = ceil(count / _POINTS)
+    return OperationCounts(
+        products=4 * count * pixels,
+        phasors=10 * count * sum(window.shape),
+        bytes=250 * pixels * chunks,
+        calls=100.0 * min(planes * chunks, count),
+        memory=16 * pixels + 80 * min(count, _POINTS) * sum(window.shape),
+    )
+
+
+def waves(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+    passband: Passband,
+    *,
+    depth_step: float | None = DEPTH_STEP,
+    subpixel: str = "exact",
+    **_: object,
+) -> NDArray[np.complex128]:
+    """Each point's product of patterns at pixels of its own, (N, K)."""
+    placed = Placed.of(cloud, slm, wavelength, depth_step, subpixel)
+    return placed_waves(placed, slm, wavelength, rows, columns, passband, "fresnel")
+
+
+METHOD = CGHMethod(
+    field, cost=cost, waves=waves, rounding=3e-7, shares_cores=False,
+    new_cache=PFPTable, settings=DEPTH_SETTINGS,
+)  # fmt: skip

@@ -261,3 +261,34 @@ def axis_factors(
     out = cycles_to_phasor(path / wavelength)
     out *= taper(d, z * reach(wavelength, f_max)).astype(np.float32)
     return out
+
+
+def placed_waves(
+    placed: Placed,
+    slm: SLM,
+    wavelength: float,
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+    passband: Passband,
+    form: str,
+) -> NDArray[np.complex128]:
+    """(N, K) each point's shifted and corrected PFP at pixels of its own."""
+    plane, z, shifted = placed.plane[:, None], placed.z[:, None], placed.shift_only[:, None]
+    path = np.zeros(rows.shape)
+    weight = np.ones(rows.shape)
+    square = np.zeros(rows.shape)
+    bands = passband.fy_max, passband.fx_max
+    for axis, (pixels, f_max) in enumerate(zip((rows, columns), bands, strict=True)):
+        on_plane = (pixels - placed.index[:, axis, None]) * slm.pixel_pitch
+        d = on_plane - placed.offset[:, axis, None]
+        own = excess(d, z, form) - excess(on_plane, plane, form)
+        path += np.where(shifted, 0.0, own)
+        weight *= taper(d, z * reach(wavelength, f_max))
+        square += on_plane**2
+    path += excess(np.sqrt(square), plane, form)
+    modulus = 1 / (plane if form == "fresnel" else np.sqrt(square + plane**2))
+    cycles = path / wavelength
+    waves: NDArray[np.complex128] = (
+        placed.factor[:, None] * weight * modulus * np.exp(2j * np.pi * (cycles - np.rint(cycles)))
+    )
+    return waves

@@ -17,9 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cgh.counts import OperationCounts
 from chrmc.cgh.method import CGHMethod
-from chrmc.optics.footprint import reach, taper
+from chrmc.optics.footprint import coverage, reach, taper
 from chrmc.optics.passband import Passband
+from chrmc.reference import true_waves
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from chrmc.threads import workers
@@ -185,4 +187,29 @@ def _add(
     target.imag += imaginary
 
 
-METHOD = CGHMethod(field)
+def cost(
+    cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
+) -> OperationCounts:
+    """A phase for each point and pixel of its footprint."""
+    lit = float(coverage(cloud, slm, wavelength, passband).sum()) * window.size
+    return OperationCounts(
+        phasors=1.5 * lit,
+        bytes=250.0 * window.size,
+        calls=25.0 * len(cloud) * window.size / _BLOCK,
+        memory=16.0 * window.size + 80.0 * _POINTS * sum(window.shape),
+    )
+
+
+def waves(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+    passband: Passband,
+) -> NDArray[np.complex128]:
+    """The true ones, (N, K) at pixels of (N, K)."""
+    return true_waves(cloud, slm, wavelength, rows, columns, passband)
+
+
+METHOD = CGHMethod(field, cost=cost, waves=waves, rounding=1.7e-7)

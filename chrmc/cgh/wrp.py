@@ -25,27 +25,24 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from chrmc.cgh.counts import OperationCounts
 from chrmc.cgh.method import CGHMethod
+from chrmc.cgh.wrp_patches import NEAR, patches, place_planes, travelled
 from chrmc.cgh.wrp_paths import Path, grid_length, paths_to
 from chrmc.kept import Kept
-from chrmc.optics.footprint import reach, taper
-from chrmc.optics.passband import Passband
+from chrmc.optics.footprint import reach
+from chrmc.optics.passband import UNLIMITED, Passband
 from chrmc.optics.propagation import cycles_to_phasor, transfer_function
+from chrmc.reference import true_waves
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from chrmc.threads import workers
 from chrmc.window import Window
 
-NEAR = 5e-3
-"""Default planes stand so that no point is farther from its plane than this, metres."""
-MOST_PLANES = 12
-"""But never more planes than this unless asked for."""
-_LONGEST = 1 << 17  # samples of one point's footprint per axis
 _DEPTH_GRID = NEAR / 10  # metres
 _LARGEST = 1 << 26  # samples of the grid that planes are propagated on
 _MOST_ON_PLANES = 1 << 28  # samples of all planes' grids: half a minute
 _MOST_SAMPLES = 1e10  # of all patches on a plane: half a minute
-_BLOCK = 1 << 20  # samples held at once while patches are made
 
 
 def field(
@@ -86,10 +83,7 @@ def field(
     if len(cloud) == 0:
         return np.zeros(window.shape, dtype=np.complex64)
     z = cloud.positions[:, 2]
-    depths = place_planes(z, planes)
-    if planes is None and depths[0] > 10 * _DEPTH_GRID:
-        # Whole steps, so that a moving scene meets kept transfer functions again.
-        depths = np.unique(np.rint(depths / _DEPTH_GRID)) * _DEPTH_GRID
+    depths = _depths(z, planes)
     nearest = np.argmin(np.abs(z[:, None] - depths), axis=1)
     used = np.unique(nearest)
     groups = [cloud.select(nearest == i) for i in used]
@@ -126,52 +120,13 @@ def field(
     )
 
 
-def place_planes(
-    z: NDArray[np.float64], planes: int | Sequence[float] | None = None
-) -> NDArray[np.float64]:
-    """Depths of the recording planes, metres, ascending.
-
-    z : (N,) depths of the points
-    planes : as for `field`. A number asks for at most that many, each midway between the nearest
-        and farthest of its points, so that the largest |dz| is the least possible.
-    """
-    if planes is not None and not isinstance(planes, int | np.integer):
-        depths = np.sort(np.asarray(planes, dtype=np.float64).reshape(-1))
-        if depths.size == 0 or not (np.isfinite(depths).all() and depths[0] > 0):
-            raise ValueError(f"recording planes need depths z > 0, not {list(planes)}")
-        return depths
-    levels = np.unique(z)
-    if planes is None:
-        most = MOST_PLANES
-        width = 2 * NEAR
-    else:
-        most = int(planes)
-        width = 0.0
-    if most < 1:
-        raise ValueError(f"at least one recording plane is needed, not {planes}")
-    starts = _cover(levels, width)
-    if len(starts) > most:
-        low, high = width, float(levels[-1] - levels[0])
-        for _ in range(60):
-            middle = (low + high) / 2
-            if len(_cover(levels, middle)) > most:
-                low = middle
-            else:
-                high = middle
-        starts = _cover(levels, high)
-    ends = [*[s - 1 for s in starts[1:]], len(levels) - 1]
-    return np.array([(levels[s] + levels[e]) / 2 for s, e in zip(starts, ends, strict=True)])
-
-
-def _cover(levels: NDArray[np.float64], width: float) -> list[int]:
-    """First index of each interval of the given width that a walk through the levels needs."""
-    starts = [0]
-    while True:
-        limit = levels[starts[-1]] + width
-        after = int(np.searchsorted(levels, limit * (1 + 1e-12), side="right"))
-        if after >= len(levels):
-            return starts
-        starts.append(max(after, starts[-1] + 1))
+def _depths(z: NDArray[np.float64], planes: int | Sequence[float] | None) -> NDArray[np.float64]:
+    """Depths of the recording planes, metres."""
+    depths = place_planes(z, planes)
+    if planes is None and depths[0] > 10 * _DEPTH_GRID:
+        # Whole steps, so that a moving scene meets kept transfer functions again.
+        depths = np.unique(np.rint(depths / _DEPTH_GRID)) * _DEPTH_GRID
+    return depths
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,8 +167,8 @@ def record_plane(
     x, y, z = cloud.positions.T
     column = np.rint(x / slm.pixel_pitch + (slm.width - 1) / 2).astype(np.intp)
     row = np.rint(y / slm.pixel_pitch + (slm.height - 1) / 2).astype(np.intp)
-    half_y, patch_y = _patches(y - slm.y(row), z, depth, slm, wavelength, guard, paths[0])
-    half_x, patch_x = _patches(x - slm.x(column), z, depth, slm, wavelength, guard, paths[1])
+    half_y, patch_y = patches(y - slm.y(row), z, depth, slm, wavelength, guard, paths[0])
+    half_x, patch_x = patches(x - slm.x(column), z, depth, slm, wavelength, guard, paths[1])
     # The axes' patches each hold exp(ikz)/√z; one exp(ikz) of the two is taken out again.
     once = cycles_to_phasor(cloud.phase / (2 * np.pi) - (z - depth) / wavelength)
     patch_y = patch_y * (cloud.amplitude * once)[:, None].astype(np.complex64)
@@ -238,65 +193,6 @@ def record_plane(
     return RecordedPlane(canvas, (top, left), depth)
 
 
-def _patches(
-    offset: NDArray[np.float64],
-    z: NDArray[np.float64],
-    depth: float,
-    slm: SLM,
-    wavelength: float,
-    guard: float,
-    path: Path,
-) -> tuple[NDArray[np.intp], NDArray[np.complex64]]:
-    """One axis of every point's patch: half-widths (N,) in pixels and samples (N, 2·max + 1).
-
-    offset : (N,) metres from the nearest pixel centre, which is the patch's middle sample
-    """
-    p, slope = slm.pixel_pitch, path.slope
-    # From far away only part of the band reaches the window: a narrower cone, a finer spectrum.
-    used = min(slope, path.spread / float(z.max()))
-    pad = guard * wavelength / (2 * np.sin(np.arctan(used)) * p)
-    footprint = int(np.ceil(min(float(z.max()) * slope, path.spread) / p))
-    half = np.ceil(np.abs(z - depth) * used / p + pad).astype(np.intp)
-    widest = int(half.max())
-    length = scipy.fft.next_fast_len(2 * footprint + 2 * widest + 64)
-    if length > _LONGEST:
-        raise ValueError(
-            f"wrp would need {length} samples for the footprint of a point at "
-            f"{z.max():.4g} m (at most {_LONGEST}): use rt, fresnel or curved"
-        )
-    f = scipy.fft.fftfreq(length, p)
-    back = cycles_to_phasor(-depth * np.sqrt(np.maximum(1 / wavelength**2 - f**2, 0)))
-    sample = np.arange(-(length // 2), length - length // 2)
-    # Points that share depth and sub-pixel offset, as RGB-D points do, share the patch.
-    pairs, first = np.unique(
-        np.stack([np.round(offset / (p * 1e-9)), z]), axis=1, return_inverse=True
-    )
-    unique_offset, unique_z = pairs[0] * (p * 1e-9), pairs[1]
-    out = np.empty((len(unique_z), 2 * widest + 1), dtype=np.complex64)
-    middle = length // 2
-    step = max(1, _BLOCK // length)
-    for start in range(0, len(unique_z), step):
-        part = slice(start, start + step)
-        zj = unique_z[part, None]
-        distance = sample * p - unique_offset[part, None]
-        wave = cycles_to_phasor(np.sqrt(distance**2 + zj**2) / wavelength)
-        weight = taper(distance, zj * slope) * path.weight(distance)
-        wave *= weight / np.sqrt(np.sqrt(distance**2 + zj**2))
-        spectrum = scipy.fft.fft(
-            scipy.fft.ifftshift(wave, axes=1), axis=1, workers=workers(), overwrite_x=True
-        )
-        spectrum *= back
-        wave = scipy.fft.ifft(spectrum, axis=1, workers=workers(), overwrite_x=True)
-        wave = scipy.fft.fftshift(wave, axes=1)
-        out[part] = wave[:, middle - widest : middle + widest + 1]
-    patch = out[first.reshape(-1)]
-    if pad > 0:
-        # The last 30 % of the guard fade out, so that the cut itself diffracts little.
-        inside = half[:, None] + 1 - np.abs(np.arange(-widest, widest + 1))
-        patch *= np.sin(np.pi / 2 * np.clip(inside / (0.3 * pad + 1), 0, 1)) ** 2
-    return half, patch
-
-
 def _reaches(
     cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
 ) -> NDArray[np.bool_]:
@@ -313,4 +209,98 @@ def _reaches(
     return keep
 
 
-METHOD = CGHMethod(field, new_cache=Kept, settings=tuple({"planes": n} for n in (1, 4, 12)))
+def cost(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    passband: Passband,
+    *,
+    planes: int | Sequence[float] | None = None,
+    guard: float = 32.0,
+    **_: object,
+) -> OperationCounts:
+    """Patches, and a transform for each plane and one back."""
+    cloud = cloud.select(_reaches(cloud, slm, wavelength, window, passband))
+    if len(cloud) == 0:
+        return OperationCounts(calls=100.0)
+    z, depths = cloud.positions[:, 2], _depths(cloud.positions[:, 2], planes)
+    away = np.abs(z[:, None] - depths).min(axis=1)
+    used = len(np.unique(np.argmin(np.abs(z[:, None] - depths), axis=1)))
+    grid, samples, tables = [], np.ones(len(cloud)), 0.0
+    for axis, (pixels, path) in enumerate(
+        zip((window.rows, window.columns), paths_to(cloud, slm, wavelength, window, passband),
+            strict=True)
+    ):  # fmt: skip
+        steep = min(path.slope, path.spread / float(z.max()))
+        pad = guard * wavelength / (2 * np.sin(np.arctan(steep)) * slm.pixel_pitch)
+        half = away * steep / slm.pixel_pitch + pad
+        at = cloud.positions[:, 1 - axis] / slm.pixel_pitch + (slm.shape[axis] - 1) / 2
+        reached = int(at.min() - half.max()), int(at.max() + half.max()) + 1
+        spread = path.spread / slm.pixel_pitch
+        grid.append(grid_length([reached], (int(pixels[0]), int(pixels[-1]) + 1), spread))
+        samples *= 2 * half + 1
+        tables += 2 * (min(float(z.max()) * path.slope, path.spread) / slm.pixel_pitch + half.max())
+    size = float(grid[0]) * grid[1]
+    return OperationCounts(
+        phasors=8 * len(cloud) * tables,
+        lookups=2 * float(samples.sum()),
+        transforms=(used + 1) * size * np.log2(size) + 2 * len(cloud) * tables * np.log2(tables),
+        bytes=(60 * used + 40) * size,
+        calls=30.0 * len(cloud) + 300.0 * used,
+        memory=(8.0 * used + 24.0) * size,
+    )
+
+
+def waves(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+    passband: Passband,
+    *,
+    planes: int | Sequence[float] | None = None,
+    guard: float = 32.0,
+    **others: object,
+) -> NDArray[np.complex128]:
+    """Each point's wave at pixels of its own, (N, K), from its patch, an axis at a time.
+
+    The patch of an axis travels on alone, to be compared with that axis's own wave; what the
+    product of two patches lacks is put on as the phase that the module names.
+    """
+    window = Window.full(slm)
+    z = cloud.positions[:, 2]
+    depths = _depths(z, planes)
+    depth = depths[np.argmin(np.abs(z[:, None] - depths), axis=1)]
+    paths = paths_to(cloud, slm, wavelength, window, passband)
+    bare = true_waves(cloud, slm, wavelength, rows, columns, UNLIMITED)
+    slopes = []
+    for axis, (index, places) in enumerate(((rows, slm.y), (columns, slm.x))):
+        at = cloud.positions[:, 1 - axis]
+        middle = np.rint(at / slm.pixel_pitch + (slm.shape[axis] - 1) / 2).astype(np.intp)
+        offset = at - places(middle)
+        for j in range(len(cloud)):
+            one = slice(j, j + 1)
+            steps = index[j] - middle[j]
+            d = steps * slm.pixel_pitch - offset[j]
+            patch = patches(offset[one], z[one], depth[j], slm, wavelength, guard, paths[axis])[1]
+            arrived = travelled(
+                patch[0], depth[j], slm.pixel_pitch, wavelength, paths[axis].spread, steps
+            )
+            r = np.sqrt(d**2 + z[j] ** 2)
+            bare[j] *= arrived * np.sqrt(r) * np.exp(-2j * np.pi * np.remainder(r / wavelength, 1))
+        slopes.append((index * slm.pixel_pitch - middle[:, None] * slm.pixel_pitch) / z[:, None])
+    lacking = np.pi / (4 * wavelength) * (z - depth)[:, None] * (slopes[0] * slopes[1]) ** 2
+    return bare * np.exp(2j * lacking)
+
+
+METHOD = CGHMethod(
+    field,
+    cost=cost,
+    waves=waves,
+    rounding=1e-6,
+    shares_cores=False,
+    new_cache=Kept,
+    settings=tuple({"planes": n} for n in (1, 4, 12)),
+)

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh import rt
+from chrmc.cgh.counts import OperationCounts
 from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.assembly import (
     Factor,
@@ -29,6 +30,7 @@ from chrmc.cgh.curved.assembly import (
 )
 from chrmc.cgh.curved.baseband import make_factor
 from chrmc.cgh.curved.clusters import Plane
+from chrmc.cgh.curved.cost import cost_of
 from chrmc.cgh.curved.direct import (
     BEARABLE,
     BEARABLE_BY_RAYS,
@@ -293,8 +295,24 @@ def _sum(
         return made, error
 
 
+def cost(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    passband: Passband,
+    *,
+    tolerance: float = 1e-3,
+) -> OperationCounts:
+    """What `signal` takes, counted from its plan."""
+    check_tolerance(tolerance)
+    plane = replace(plane_of(slm, wavelength, window, passband), points=len(cloud))
+    return cost_of(cloud, lines_of(slm, window), plane, tolerance)
+
+
 METHOD = CGHMethod(
     field,
+    cost=cost,
     signal=signal,
     field_and_error=field_and_error,
     signal_and_error=signal_and_error,

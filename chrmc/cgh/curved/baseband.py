@@ -38,8 +38,8 @@ Reals = NDArray[np.floating]
 BLOCK_X, BLOCK_Y = 20.0, 15.0
 """Spacings of nodes in a block: few make the second product small, many the baseband."""
 _BEHIND = 60.0  # in blocks whose targets are nodes
-_LEAF_SHARE = 0.7  # of the tolerance, for sub-clusters
-_NODE_SHARE, _SERIES_SHARE = 0.45, 0.6  # of the tolerance, for interpolation and the series
+LEAF_SHARE = 0.7  # of the tolerance, for sub-clusters
+NODE_SHARE, _SERIES_SHARE = 0.45, 0.6  # of the tolerance, for interpolation and the series
 _COARSE_SHARE = 0.3  # for the interpolation of the small terms
 _EDGE_SHARE = 0.45  # of that, where footprints end
 _SMALL = 0.08  # a level's terms against those of the level before
@@ -50,7 +50,7 @@ MOST_WAVES = 2e8
 _WORTH = 3e7  # points times targets, from which splitting for want of a series is quicker
 _MANY = 8000  # points in all, from which it matters
 _SAMPLES = 0.1  # of a series, for each wave that it saves
-_SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
+SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
 
 
 Summed = tuple[Reals, Reals, Remainder]
@@ -93,11 +93,11 @@ def cluster_axes(
 ) -> Axes:
     """Nodes and blocks along x and y for one cluster's pixels."""
     x, y, z = cloud.positions.T
-    along_x, along_y = _needs(cloud, reference, plane, tolerance * _NODE_SHARE, (BLOCK_X, BLOCK_Y))
+    along_x, along_y = _needs(cloud, reference, plane, tolerance * NODE_SHARE, (BLOCK_X, BLOCK_Y))
     return make_axis(targets[0], x, z, along_x), make_axis(targets[1], y, z, along_y)
 
 
-def _axes_behind(
+def axes_behind(
     axes: Axes,
     cloud: PointCloud,
     reference: Reference,
@@ -195,7 +195,7 @@ def sum_points(
                 "or closer together, or take fewer"
             )
         return *exact_baseband(cloud, *axes, wave), Remainder()
-    levels, between = _levels(cloud, axes, reference, plane, tolerance, series)
+    levels, between = levels_for(cloud, axes, reference, plane, tolerance, series)
     missed = Remainder(series, between)
     expect = None if beside is None else partial(beside, missed)
     fine, *others = sum_levels(cloud, levels, wave, series, tables, expect)
@@ -211,10 +211,10 @@ def sum_points(
 
 
 def _precision(tolerance: float) -> type[np.floating]:
-    return np.float32 if tolerance >= _SINGLE else np.float64
+    return np.float32 if tolerance >= SINGLE else np.float64
 
 
-def _levels(
+def levels_for(
     cloud: PointCloud,
     axes: Axes,
     reference: Reference,
@@ -237,7 +237,7 @@ def _levels(
             continue
         wanted = min(_COARSE_SHARE * tolerance / left, 0.1)
         # The series' small terms are largest far out, where footprints end.
-        coarse = _axes_behind(axes, cloud, reference, plane, wanted, _EDGE_SHARE)
+        coarse = axes_behind(axes, cloud, reference, plane, wanted, _EDGE_SHARE)
         pixels = len(coarse[0].nodes) * len(coarse[1].nodes)
         if clusters.coarse_pays(len(cloud), size, pixels, more):
             levels.append(Level(*held, slice(first, cut), _precision(aim)))
@@ -272,17 +272,15 @@ def _from_leaves(
     """Baseband at a cluster's nodes, summed over sub-clusters' own few nodes."""
     x, y = axes[0].nodes, axes[1].nodes
     # Hundreds of sub-clusters add their rounding up.
-    total = np.zeros(
-        (len(y), len(x)), dtype=np.complex64 if tolerance >= _SINGLE else np.complex128
-    )
+    total = np.zeros((len(y), len(x)), dtype=np.complex64 if tolerance >= SINGLE else np.complex128)
     own_x = reference_cycles(x, reference.x, reference.z_x, plane.wavelength)
     own_y = reference_cycles(y, reference.y, reference.z_y, plane.wavelength)
-    share = _LEAF_SHARE * tolerance
+    share = LEAF_SHARE * tolerance
     lock = Lock()
 
     def carry(part: PointCloud) -> float:
         centre = clusters.reference_of(clusters.bounding_box(part.positions), plane)
-        behind = _axes_behind(axes, part, centre, plane, _NODE_SHARE * share)
+        behind = axes_behind(axes, part, centre, plane, NODE_SHARE * share)
         if not behind[0].blocks or not behind[1].blocks:
             return 0.0
         real, imag, missed = sum_points(part, behind, centre, plane, share, leaf=True)
@@ -295,5 +293,5 @@ def _from_leaves(
         return hypot(dropped, missed.relative)
 
     dropped = max(spread(carry, parts))
-    between = _NODE_SHARE * share
+    between = NODE_SHARE * share
     return total.real.copy(), total.imag.copy(), Remainder(None, hypot(dropped, between))

@@ -31,6 +31,15 @@ SURE = 0.9
 """Share of the tolerance up to which the error on some pixels is taken as kept on all."""
 
 
+def _pixels_for(points: int) -> int:
+    return int(np.clip(_WAVES // max(points, 1), *_PIXELS))
+
+
+def waves_looked_at(points: int) -> int:
+    """Waves that a look takes, where its first pixels settle it."""
+    return points * _pixels_for(points)
+
+
 class Lattice:
     """Rows and columns that stand for a window, and the field there.
 
@@ -67,7 +76,7 @@ class Lattice:
         share += 0.5 * self.power / total if total > 0 else share
         cumulative = np.cumsum(share.ravel())
         random = np.random.default_rng(0)
-        count = int(np.clip(_WAVES // max(points, 1), *_PIXELS))
+        count = _pixels_for(points)
         squares = np.zeros(0)
         for more in (count, (_MORE - 1) * count):
             # Even steps through the shares: less chance than independent draws.

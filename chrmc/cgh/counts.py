@@ -1,0 +1,38 @@
+"""What work costs, counted in operations, so that a machine's rates turn it into seconds."""
+
+from dataclasses import dataclass, fields
+
+
+@dataclass(frozen=True)
+class OperationCounts:
+    """How often something is done.
+
+    products : multiply-adds of real float32 matrix products
+    phasors : phases worked out, reduced, and their cosine and sine taken
+    lookups : complex values read, multiplied and added
+    transforms : samples of complex FFTs, each times log2 of their number
+    bytes : read and written elsewhere, out of the cache
+    calls : steps of Python, each a small array operation
+    memory : most bytes held at once; of two works one after the other the larger
+    """
+
+    products: float = 0.0
+    phasors: float = 0.0
+    lookups: float = 0.0
+    transforms: float = 0.0
+    bytes: float = 0.0
+    calls: float = 0.0
+    memory: float = 0.0
+
+    def __add__(self, other: "OperationCounts") -> "OperationCounts":
+        sums = {name: getattr(self, name) + getattr(other, name) for name in KINDS}
+        return OperationCounts(**sums, memory=max(self.memory, other.memory))
+
+    def times(self, number: float) -> "OperationCounts":
+        """So often one after the other."""
+        more = {name: number * getattr(self, name) for name in KINDS}
+        return OperationCounts(**more, memory=self.memory)
+
+
+KINDS = tuple(field.name for field in fields(OperationCounts) if field.name != "memory")
+"""What a machine has a rate for."""

@@ -1,0 +1,150 @@
+"""What a hologram will take, counted from the plan that it would be made by.
+
+Clusters, nodes, sub-clusters and terms are those of the real sum; of many clusters, or
+sub-clusters, a few are planned and stand for the others.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh.counts import OperationCounts
+from chrmc.cgh.curved import baseband, clusters
+from chrmc.cgh.curved.baseband import Axes
+from chrmc.cgh.curved.clusters import Plane
+from chrmc.cgh.curved.direct import SMALL
+from chrmc.cgh.curved.nodes import Line
+from chrmc.cgh.curved.verify import waves_looked_at
+from chrmc.cgh.curved.wave import Reference
+from chrmc.scene.points import PointCloud
+
+Floats = NDArray[np.float64]
+
+_TRIED = 3  # clusters that are planned
+_SOME = 4000  # points whose places give a cluster's nodes
+
+# As measured, beside what is counted: steps of Python of a hologram, a cluster, a sub-cluster, a
+# term of a series, a block of pixels; bytes for each node and term; table entries and waves in
+# phasors.
+_HOLOGRAM, _CLUSTER, _LEAF, _TERM = 3000.0, 6000.0, 8000.0, 150.0
+_NODE, _BLOCK = 320.0, 60.0
+_ENTRY, _WAVE = 3.0, 8.0
+_TIGHT, _AGAIN = 2e-5, 1.4  # tolerances that take a second attempt, now and then
+_THIN, _SHORT = 1.5, 60.0  # small products against the machine's best; points of short ones
+
+
+def cost_of(
+    cloud: PointCloud,
+    lines: tuple[Line, Line],
+    plane: Plane,
+    tolerance: float,
+    parts: list[PointCloud] | None = None,
+) -> OperationCounts:
+    """Of a cloud's signal on all pixels.
+
+    parts : its clusters, where they are known
+    """
+    pixels = lines[0].count * lines[1].count
+    if len(cloud) * pixels <= SMALL:
+        return OperationCounts(phasors=_WAVE * len(cloud) * pixels, calls=200.0)
+    if parts is None:
+        parts = clusters.split(cloud, plane)
+    ordered = sorted(parts, key=len)
+    tried = [ordered[i] for i in sorted(set(np.linspace(0, len(parts) - 1, _TRIED).astype(int)))]
+    total = OperationCounts(
+        phasors=_WAVE * waves_looked_at(len(cloud)),
+        bytes=8.0 * pixels,
+        calls=_HOLOGRAM,
+        memory=12.0 * pixels + 80.0 * len(cloud),
+    )
+    again = 1.0 if tolerance > _TIGHT else _AGAIN
+    for part in tried:
+        total += _of_cluster(part, lines, plane, tolerance).times(again * len(parts) / len(tried))
+    return total
+
+
+def _of_cluster(
+    cloud: PointCloud, lines: tuple[Line, Line], plane: Plane, tolerance: float
+) -> OperationCounts:
+    """From points to pixels."""
+    box = clusters.bounding_box(cloud.positions)
+    reference = clusters.reference_of(box, plane)
+    some = cloud.select(slice(None, None, max(1, len(cloud) // _SOME)))
+    axes = baseband.cluster_axes(some, reference, lines, plane, tolerance)
+    total = OperationCounts(calls=_CLUSTER)
+    if not axes[0].blocks or not axes[1].blocks:
+        return total
+    total += pixels_from(axes, lines[0].count)
+    nodes = len(axes[0].nodes), len(axes[1].nodes)
+    grid = clusters.leaf_grid(box, len(cloud), nodes, plane)
+    if grid == (1, 1):
+        return total + _of_sums(cloud, axes, reference, plane, tolerance)
+    share = baseband.LEAF_SHARE * tolerance
+    leaf, number = _a_leaf(cloud, some, box, grid)
+    centre = clusters.reference_of(clusters.bounding_box(leaf.positions), plane)
+    behind = baseband.axes_behind(axes, leaf, centre, plane, baseband.NODE_SHARE * share)
+    one = _of_sums(leaf, behind, centre, plane, share)
+    few = len(behind[0].nodes), len(behind[1].nodes)
+    one += OperationCounts(
+        products=4.0 * (few[1] * few[0] * nodes[0] + few[1] * nodes[0] * nodes[1]),
+        bytes=24.0 * nodes[0] * nodes[1],
+        calls=_LEAF,
+    )
+    each = len(cloud) / (number * max(1, len(leaf)))
+    # Points of a leaf like this one make most of its work.
+    return total + one.times(number * min(max(each, 0.5), 2.0))
+
+
+def _a_leaf(
+    cloud: PointCloud, some: PointCloud, box: Floats, grid: tuple[int, int]
+) -> tuple[PointCloud, int]:
+    """A sub-cluster of middle size, and how many there are."""
+    parts = sorted(clusters.leaves(some, box, grid), key=len)
+    middle = clusters.bounding_box(parts[len(parts) // 2].positions)[:2].mean(axis=1)
+    inside = np.ones(len(cloud), dtype=bool)
+    for axis, n in enumerate(grid):
+        low, high = box[axis]
+        width = max((high - low) / n, 1e-12)
+        first = low + min(int((middle[axis] - low) / width), n - 1) * width
+        values = cloud.positions[:, axis]
+        inside &= (values >= first) & (values <= first + width)
+    return (cloud.select(inside) if inside.any() else parts[-1]), len(parts)
+
+
+def _of_sums(
+    cloud: PointCloud, axes: Axes, reference: Reference, plane: Plane, tolerance: float
+) -> OperationCounts:
+    """Of points at nodes, by one series."""
+    count = float(len(cloud))
+    series = baseband.series_for(cloud, axes, reference, plane, tolerance)
+    if series is None:
+        return OperationCounts(phasors=_WAVE * count * len(axes[0].nodes) * len(axes[1].nodes))
+    total = OperationCounts()
+    for level in baseband.levels_for(cloud, axes, reference, plane, tolerance, series)[0]:
+        terms = len(range(*level.terms.indices(series.terms)))
+        nx, ny = len(level.axis_x.nodes), len(level.axis_y.nodes)
+        wide = 1.0 if level.precision is np.float32 else 2.0
+        total += OperationCounts(
+            products=(1 + min(1.0, _SHORT / count)) * wide * 3 * terms * count * nx * ny,
+            phasors=wide * _ENTRY * count * (nx + ny),
+            bytes=wide * terms * (_NODE * nx * ny + 24 * count * ny),
+            calls=_TERM * terms,
+            memory=wide * (12 * min(count, 4096) * (nx + ny) + 8 * terms * nx * ny),
+        )
+    return total
+
+
+def pixels_from(axes: Axes, width: int) -> OperationCounts:
+    """From the baseband at the nodes to pixels."""
+    ny = len(axes[1].nodes)
+    products = bytes_ = 0.0
+    blocks = len(axes[0].blocks) + len(axes[1].blocks)
+    for block in axes[0].blocks:
+        products += 4.0 * ny * block.node_count * block.target_count
+        bytes_ += 40.0 * block.node_count * block.target_count
+    covered = axes[0].targets
+    for block in axes[1].blocks:
+        products += 2.0 * block.target_count * block.node_count * (covered.stop - covered.start)
+    bytes_ += 16.0 * ny * width
+    return OperationCounts(
+        products=_THIN * products, bytes=bytes_, calls=_BLOCK * blocks, memory=8.0 * ny * width
+    )  # fmt: skip

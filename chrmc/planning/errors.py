@@ -1,0 +1,64 @@
+"""What error to expect of a CGH method, from a few waves as it forms them.
+
+Points of unrelated phases add in power, and so do their errors: a few points, each on some pixels
+of its own footprint, stand for all points and all pixels. Where waves cancel, no such estimate
+holds; the error check on stored frames sees that.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from chrmc.cgh.method import CGHMethod
+from chrmc.optics.footprint import expected_power, reach
+from chrmc.optics.passband import Passband
+from chrmc.reference import true_waves
+from chrmc.scene.points import PointCloud
+from chrmc.slm import SLM
+
+POINTS, PIXELS = 16, 64
+"""Points that are tried, and pixels of each."""
+PROMISED = 0.45
+"""Error that is found, over the tolerance, where a method keeps one."""
+SAFE = 3.0
+"""How far a measured error may lie above the expected one."""
+
+
+def expected_error(
+    method: CGHMethod,
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    passband: Passband,
+    **options: Any,
+) -> float | None:
+    """Relative L2 error of the field; None of a method that says nothing about its waves."""
+    if "tolerance" in options:
+        return PROMISED * float(options["tolerance"])
+    if method.waves is None:
+        return None
+    if len(cloud) == 0:
+        return 0.0
+    random = np.random.default_rng(0)
+    few = cloud.select(np.sort(random.permutation(len(cloud))[:POINTS]))
+    spans = []
+    for axis, (count, f_max) in enumerate(
+        ((slm.width, passband.fx_max), (slm.height, passband.fy_max))
+    ):
+        middle = few.positions[:, axis] / slm.pixel_pitch + (count - 1) / 2
+        half = few.positions[:, 2] * reach(wavelength, f_max) / slm.pixel_pitch
+        low = np.clip(np.ceil(middle - half), 0, count - 1)
+        high = np.clip(np.floor(middle + half), low, count - 1)
+        drawn = random.random((len(few), PIXELS))
+        spans.append((low[:, None] + drawn * (high - low + 1)[:, None]).astype(np.intp))
+    columns, rows = spans
+    truth = true_waves(few, slm, wavelength, rows, columns, passband)
+    made = method.waves(few, slm, wavelength, rows, columns, passband, **options)
+    light = np.mean(np.abs(truth) ** 2, axis=1)
+    missed = np.mean(np.abs(made - truth) ** 2, axis=1)
+    seen = light > 0
+    weight = expected_power(few, slm, wavelength, passband)[seen]
+    if not weight.sum() > 0:
+        return method.rounding
+    square = float(weight @ (missed[seen] / light[seen]) / weight.sum())
+    return float(np.hypot(np.sqrt(square), method.rounding))
