@@ -6,6 +6,7 @@ from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import coding_for
 from chrmc.generation.generate import generate
 from chrmc.optics.passband import Passband
+from chrmc.planning.choices import Plan, plan
 from chrmc.record import FrameRecord
 from chrmc.reference import reference_field, relative_error
 from chrmc.response import GreyResponse
@@ -33,6 +34,7 @@ __all__ = [
     "GreyResponse",
     "ObjectFrame",
     "Passband",
+    "Plan",
     "PointCloud",
     "PointScene",
     "Pose",
@@ -47,6 +49,7 @@ __all__ = [
     "generate",
     "load_scene",
     "open_video",
+    "plan",
     "poses_from_csv",
     "reference_field",
     "relative_error",

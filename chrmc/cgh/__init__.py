@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cgh.counts import OperationCounts
 from chrmc.cgh.method import (
     DEFAULT_METHOD,
     METHODS,
@@ -30,6 +31,7 @@ __all__ = [
     "METHODS",
     "CGHMethod",
     "Method",
+    "OperationCounts",
     "compute_field",
     "field_and_error",
     "method_named",

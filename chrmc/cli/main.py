@@ -14,6 +14,8 @@ COMMANDS = {
     "demo": ("chrmc.cli.demo", "Everything at once: 80 holograms, reconstructions, a verdict."),
     "scene": ("chrmc.cli.scene", "Write a scene as OpenEXR frames, or as a scene.toml."),
     "inspect": ("chrmc.cli.inspect", "What will the SLM show of a scene? Sizes, points, cost."),
+    "plan": ("chrmc.cli.plan", "Which method to take for a scene: time, error, memory."),
+    "calibrate": ("chrmc.cli.calibrate", "Measure this machine's rates, for plans."),
     "generate": ("chrmc.cli.generate", "Make a hologram video from a scene."),
     "sweep": ("chrmc.cli.sweep", "One table of many settings: times, errors, focus, PSNR."),
     "play": ("chrmc.cli.play", "Show a video or picture on an SLM, full screen, and log it."),

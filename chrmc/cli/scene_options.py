@@ -31,9 +31,14 @@ SCENE_NAMES = ("density", "points", "fit")
 
 
 def scene_from(
-    things: tuple[str, ...], form: str, slm: SLM, wavelength: float | None, options: dict[str, Any]
+    things: tuple[str, ...],
+    form: str,
+    slm: SLM,
+    wavelength: float | None,
+    options: dict[str, Any],
+    quiet: bool = False,
 ) -> Scene:
-    """The scene of a command line; says what was done to files to get there."""
+    """The scene of a command line; says what was done to files to get there, on stderr if quiet."""
     from chrmc.scene.load import load_scene
 
     chosen = {name: options[name] for name in SCENE_NAMES}
@@ -41,5 +46,5 @@ def scene_from(
         things[0] if len(things) == 1 else things, form, slm=slm, wavelength=wavelength, **chosen
     )
     for note in getattr(scene, "notes", ()):
-        click.echo(note)
+        click.echo(note, err=quiet)
     return scene

@@ -33,9 +33,11 @@ COMPENSATIONS = {
     "ch-rmc-object": "chrmc.compensation.ch_rmc_object.video",
     "ch-rmc-paper": "chrmc.compensation.ch_rmc_paper.paper",
 }
+# name: the module whose `cost` counts what each object will take; the plan looks at these
+COUNTED = {"ch-rmc-object": "chrmc.compensation.ch_rmc_object.cost"}
 DEFAULT_TOLERANCE = 1e-3
 _CH_RMC = "ch-rmc"  # either of the two, with the option `surface`
-_OBJECT_CGH = "curved"  # whose basebands the object surface turns
+OBJECT_CGH = "curved"  # whose basebands the object surface turns
 
 
 def unaliased(
@@ -54,7 +56,7 @@ def unaliased(
 
 def ch_rmc_for(cgh: "str | Method") -> str:
     """The CH-RMC method for a CGH method: the exact one where it works on its basebands."""
-    return "ch-rmc-object" if cgh == _OBJECT_CGH else "ch-rmc-paper"
+    return "ch-rmc-object" if cgh == OBJECT_CGH else "ch-rmc-paper"
 
 
 def compensation_named(compensation: "str | VideoMethod") -> VideoMethod:

@@ -16,7 +16,7 @@ from chrmc.reference import true_waves
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 
-POINTS, PIXELS = 16, 64
+POINTS, PIXELS = 8, 64
 """Points that are tried, and pixels of each."""
 PROMISED = 0.45
 """Error that is found, over the tolerance, where a method keeps one."""

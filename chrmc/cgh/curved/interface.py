@@ -11,6 +11,8 @@ waves     `axis_cycles`, `reference_cycles`, `phasor`, `phasors`: phases without
 predict   `sample_points` stand for all, `budget_of` gives the `Budget` of a factor, powers of its
           error and its light; `promise_kept` whether that is good enough;
           `measured_error` looks at some pixels, up to `SURE` of the tolerance they may miss
+cost      `cost_of` counts a hologram beforehand, `pixels_from` its way from nodes to pixels,
+          `waves_looked_at` the look
 at once   `low_rank` does all of this for one cloud; `spread` and `alone` share the cores
 """
 
@@ -26,11 +28,12 @@ from chrmc.cgh.curved.assembly import Factor, reference_cycles
 from chrmc.cgh.curved.baseband import Axes, Summed, cluster_axes, series_for, sum_points
 from chrmc.cgh.curved.chebyshev import chebyshev, interpolation
 from chrmc.cgh.curved.clusters import Plane, bounding_box, cost_of_sums, reference_at
+from chrmc.cgh.curved.cost import cost_of, pixels_from
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
 from chrmc.cgh.curved.parallel import alone, spread
 from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
 from chrmc.cgh.curved.series import Remainder, Series, make_series
-from chrmc.cgh.curved.verify import SURE, measured_error
+from chrmc.cgh.curved.verify import SURE, measured_error, waves_looked_at
 from chrmc.cgh.curved.wave import Kernel, Reference, Wave, axis_cycles, phasor, phasors
 
 __all__ = [
@@ -54,6 +57,7 @@ __all__ = [
     "chebyshev",
     "check_tolerance",
     "cluster_axes",
+    "cost_of",
     "cost_of_sums",
     "field_of",
     "interpolation",
@@ -64,6 +68,7 @@ __all__ = [
     "part_of",
     "phasor",
     "phasors",
+    "pixels_from",
     "plane_of",
     "promise_kept",
     "reference_at",
@@ -73,4 +78,5 @@ __all__ = [
     "signal_of",
     "spread",
     "sum_points",
+    "waves_looked_at",
 ]

@@ -1,0 +1,124 @@
+"""What the object surface takes, object by object, counted before anything is summed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from chrmc.cgh.counts import OperationCounts
+from chrmc.cgh.curved.interface import (
+    cost_of,
+    lines_of,
+    pixels_from,
+    plane_of,
+    waves_looked_at,
+)
+from chrmc.compensation.ch_rmc_object.choice import Choice, choose, poses_ahead
+from chrmc.compensation.ch_rmc_object.plan import outline_of, planned, same_light
+from chrmc.encoding import Coding
+from chrmc.scene.scene import ObjectFrame, Scene
+from chrmc.slm import SLM
+from chrmc.window import Window
+
+AIM = 0.7
+"""Of the tolerance: one key frame has to do for many frames, the worst included."""
+_CHOSEN = 2  # moving objects whose choice is worked out; it stands for the others
+_KEY = 8.0  # what a key frame takes beyond later ones, in frames' worth of sums afresh
+_LOOK_UP = 8000.0  # steps of Python of an object that is looked up
+_WAVE = 8.0  # of a look at some pixels, in phasors
+
+
+@dataclass(frozen=True)
+class ObjectCost:
+    """Of one object.
+
+    key, mean : of the first frame, and of one on the average of all
+    how : what is done with it, and why
+    """
+
+    name: str
+    key: OperationCounts
+    mean: OperationCounts
+    how: str
+
+
+def cost(
+    scene: Scene,
+    things: Sequence[ObjectFrame],
+    later: range,
+    slm: SLM,
+    wavelength: float,
+    coding: Coding,
+    *,
+    tolerance: float = 1e-3,
+    **_: object,
+) -> list[ObjectCost]:
+    """Of each object over some frames.
+
+    things : the objects of the first frame; later : the numbers of the others
+    """
+    window = Window.full(slm)
+    plane, lines = plane_of(slm, wavelength, window, coding.passband), lines_of(slm, window)
+    frames = 1 + len(later)
+    out: list[ObjectCost] = []
+    chosen: list[tuple[int, Choice]] = []
+    for thing in sorted(things, key=lambda thing: -len(thing.cloud)):
+        if not len(thing.cloud):
+            continue
+        own = replace(plane, points=len(thing.cloud))
+        fresh = cost_of(thing.cloud, lines, own, tolerance)
+        how = rest(scene, thing, later)
+        if how:
+            out.append(ObjectCost(thing.name, fresh, fresh.times(1 / frames), how))
+            continue
+        if thing.body is None or thing.ids is None or thing.pose is None:
+            how = "afresh: its points are not known again"
+            out.append(ObjectCost(thing.name, fresh, fresh, how))
+            continue
+        aim = AIM * tolerance
+        outline = outline_of(thing.body)
+        plan = planned(thing, outline, lines, own, aim)
+        if len(chosen) < _CHOSEN:
+            poses = [thing.pose, *poses_ahead(scene, thing, later)]
+            choice = choose(plan, outline, poses, lines, plane, aim)
+            chosen.append((len(thing.cloud), choice))
+        else:
+            choice = min(chosen, key=lambda c: abs(c[0] - len(thing.cloud)))[1]
+            choice = replace(choice, why=f"as for a body of {chosen[-1][0]} points: {choice.why}")
+        if choice.parts is None:
+            out.append(ObjectCost(thing.name, fresh, fresh, f"afresh: {choice.why}"))
+            continue
+        shown = pixels_from(plan.axes, lines[0].count)
+        # Looked up, it takes the counted share of what summing its points would.
+        sums = sums_of(fresh, shown)
+        mean = sums.times(choice.reused / choice.fresh) + shown + OperationCounts(
+            phasors=_WAVE * looked_at(len(thing.cloud)), calls=_LOOK_UP
+        )  # fmt: skip
+        key = mean + sums.times(_KEY)
+        out.append(ObjectCost(thing.name, key, mean, choice.why))
+    return out
+
+
+def sums_of(fresh: OperationCounts, shown: OperationCounts) -> OperationCounts:
+    """What is left of a frame afresh without its pixels."""
+    return OperationCounts(
+        products=max(fresh.products - shown.products, 0.0),
+        phasors=fresh.phasors,
+        bytes=max(fresh.bytes - shown.bytes, 0.0),
+        calls=max(fresh.calls - shown.calls, 0.0),
+        memory=fresh.memory,
+    )
+
+
+def looked_at(points: int) -> float:
+    """Waves of the look at a frame that was looked up; of many points now and then."""
+    return waves_looked_at(points) * (1.0 if points <= 5000 else 1 / 8)
+
+
+def rest(scene: Scene, thing: ObjectFrame, later: range) -> str:
+    """Words for an object that does the same in all frames to come; none for another."""
+    if not len(later):
+        return ""
+    if thing.pose is not None and thing.body is not None:
+        ahead = poses_ahead(scene, thing, later)
+        return "it rests" if ahead and all(pose.same_as(thing.pose) for pose in ahead) else ""
+    after = next((o for o in scene.frame(later[0]).objects if o.name == thing.name), None)
+    return "it rests" if after is not None and same_light(thing, after) else ""
