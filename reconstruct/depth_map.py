@@ -15,7 +15,7 @@ def draw_depth_map(
     """
     from scipy.ndimage import gaussian_filter
 
-    from reconstruct.figure import new_figure, save
+    from chrmc.figures import new_figure, save
 
     half_y, half_x = (n * pixel_pitch * 500 for n in image.shape)
     light = gaussian_filter(image, 3.0)

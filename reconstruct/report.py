@@ -5,7 +5,7 @@ from math import hypot, isfinite
 from pathlib import Path
 from typing import Any
 
-from reconstruct.figure import MARKERS, new_figure, save
+from chrmc.figures import MARKERS, new_figure, save
 from reconstruct.verdict import FrameVerdict, ObjectVerdict
 
 Verdicts = Sequence[FrameVerdict]

@@ -9,6 +9,7 @@ import csv
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -265,25 +266,29 @@ def claims_text(table: Sequence[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def plot(tables: dict[str, Sequence[dict[str, Any]]], path: Any, title: str) -> None:
+def plot(tables: dict[str, Sequence[dict[str, Any]]], path: Path, title: str) -> None:
     """Points and times relative to each original, with the paper's; a PNG, PDF or SVG.
 
     tables : scene form to rows
     """
-    from matplotlib.figure import Figure
+    from chrmc.figures import COLOURS, new_figure, save
 
-    figure = Figure(figsize=(11, 4.2 * len(tables)), layout="constrained")
-    axes = figure.subplots(len(tables), 2, squeeze=False)
+    forms = {"rgbd": "intensity and depth pictures", "points": "body-fixed points"}
+    heights = [
+        1.2 + 0.55 * sum(r["compensation"] != "none" and not r["refused"] for r in table)
+        for table in tables.values()
+    ]
+    figure, axes = new_figure(
+        (11, sum(heights) + 0.9), len(tables), 2, squeeze=False, height_ratios=heights
+    )
     for line, (form, table) in zip(axes, tables.items(), strict=True):
         shown = [r for r in table if r["compensation"] != "none" and not r["refused"]]
         at = np.arange(len(shown))
         for axis, key, printed, name in (
-            (line[0], "points_change_%", "paper_points", "points per frame"),
+            (line[0], "points_change_%", "paper_points", "points computed per frame"),
             (line[1], "seconds_change_%", "paper_seconds", "time per frame"),
         ):
             here = [100 + r[key] for r in shown]
-            bars = axis.barh(at + 0.2, here, 0.4, label="measured here", color="#3b6ea5")
-            axis.bar_label(bars, fmt="%.0f %%", padding=3, fontsize=8)
             paper = [
                 np.nan
                 if r[printed] is None
@@ -292,12 +297,21 @@ def plot(tables: dict[str, Sequence[dict[str, Any]]], path: Any, title: str) -> 
                 / (POINTS["NLUT"][0] if printed == "paper_points" else TIMES[r["cgh"].upper()][0])
                 for r in shown
             ]
-            axis.barh(at - 0.2, paper, 0.4, label="printed in the paper", color="#c9a86a")
-            axis.axvline(100, color="0.4", linewidth=0.8)
+            for values, side, label, look in (
+                (here, -0.2, "measured here", {"color": COLOURS[0]}),
+                (paper, 0.2, "printed in the paper",
+                 {"color": "white", "edgecolor": COLOURS[1], "hatch": "///"}),
+            ):  # fmt: skip
+                bars = axis.barh(at + side, values, 0.36, label=label, **look)
+                words = ["" if np.isnan(v) else f"{v:.0f} %" for v in values]
+                axis.bar_label(bars, words, padding=3, fontsize=8)
+            axis.axvline(100, color="0.4", linewidth=1, linestyle="--", label="no compensation")
             axis.set_yticks(at, [r["system"] for r in shown])
             axis.invert_yaxis()
             axis.margins(x=0.15)
-            axis.set_xlabel(f"{name}, % of the uncompensated method")
-            axis.set_title(f"{title}, {form}", fontsize=10)
-        line[0].legend(loc="lower right", fontsize=8)
-    figure.savefig(path, dpi=130)
+            axis.set_xlabel("% of the same method without compensation")
+            axis.set_title(f"{name}, {forms.get(form, form)}", fontsize=10)
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=9)
+    figure.suptitle(title, fontsize=11)
+    save(figure, path)

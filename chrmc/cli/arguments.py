@@ -95,6 +95,34 @@ class Setting(click.ParamType):
         return key, float(digits) if set(digits) & set(".e") else int(digits)
 
 
+class FigurePath(click.Path):
+    """A file to draw: refused at once, not after the work, where its kind cannot be written."""
+
+    name = "FILE"
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path, dir_okay=False)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        from chrmc.figures import check_figure
+
+        try:
+            return check_figure(str(super().convert(value, param, ctx)))
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+def figure_option(name: str) -> Callable[[Any], Any]:
+    """The figure that a bench puts into its folder."""
+    return click.option(
+        "--figure",
+        type=FigurePath(),
+        default=name,
+        show_default=True,
+        help="Name of the figure in that folder: a .png, .pdf or .svg.",
+    )
+
+
 frames_option = click.option(
     "--frames", type=FrameRange(), default=None, help="Frames A to B, inclusive, from 1. [all]"
 )

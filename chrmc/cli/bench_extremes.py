@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from chrmc.cli.arguments import figure_option
+
 if TYPE_CHECKING:
     from chrmc.bench.extremes_table import Summary
 
@@ -25,11 +27,14 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path, file_okay=False),
     default=Path("extremes"),
     show_default=True,
-    help="Folder for extremes.csv and extremes.png; a later run goes on with its seeds.",
+    help="Folder for extremes.csv and the figure; a later run goes on with its seeds.",
 )
+@figure_option("extremes.png")
 @click.option("--force", is_flag=True, help="Begin anew in a folder that holds cases.")
 @click.pass_context
-def command(ctx: click.Context, minutes: float, seed: int | None, out: Path, force: bool) -> None:
+def command(
+    ctx: click.Context, minutes: float, seed: int | None, out: Path, figure: Path, force: bool
+) -> None:
     """Try random scenes at the ends of every range against the float64 truth.
 
     Depth 1 mm to 100 m, wavelength 200 nm to 10.6 µm, pitch 0.5 to 100 µm, panels of 1 × 1, one
@@ -71,8 +76,8 @@ def command(ctx: click.Context, minutes: float, seed: int | None, out: Path, for
             part.write_text(extremes_table.to_csv(rows), encoding="utf-8")
     for line in table(list(extremes_table.summaries(rows)), DEFAULT_METHOD):
         click.echo(line)
-    draw(rows, out / "extremes.png")
-    click.echo(f"{path}, {out / 'extremes.png'}")
+    draw(rows, out / figure)
+    click.echo(f"{path}, {out / figure}")
     if faults:
         ctx.exit(1)
 
@@ -100,7 +105,7 @@ def draw(rows: "Sequence[dict[str, Any]]", path: Path) -> None:
     from matplotlib.figure import Figure
 
     from chrmc.bench.extremes_table import promises
-    from chrmc.files import replacing
+    from chrmc.figures import save
 
     shown = [r for r in rows if promises(r) and np.isfinite(float(r["error"]))]
     axes = (
@@ -124,5 +129,4 @@ def draw(rows: "Sequence[dict[str, Any]]", path: Path) -> None:
             panel.set_facecolor("0.9")
         figure.colorbar(image, ax=figure.axes, label="worst error over what is promised")
         figure.suptitle(f"{len(rows)} cases, {sum(bool(r['refused']) for r in rows)} refused")
-        with replacing(path) as partial:
-            figure.savefig(partial, dpi=110, format="png")
+        save(figure, path)

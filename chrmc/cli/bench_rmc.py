@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from chrmc.cgh import DEFAULT_METHOD
-from chrmc.cli.arguments import form_option, frames_option, slm_option, wavelength_option
+from chrmc.cli.arguments import (
+    FigurePath,
+    form_option,
+    frames_option,
+    slm_option,
+    wavelength_option,
+)
 from chrmc.slm import SLM
 
 if TYPE_CHECKING:
@@ -20,10 +26,10 @@ SCENES = ("car-house", "car-house-deep")
 @click.argument("scenes", nargs=-1)
 @click.option(
     "--out",
-    type=click.Path(path_type=Path, dir_okay=False),
-    default=Path("rmc.png"),
+    type=FigurePath(),
+    default="rmc.png",
     show_default=True,
-    help="Plot to write.",
+    help="Figure to write: a .png, .pdf or .svg.",
 )
 @frames_option
 @form_option
@@ -109,41 +115,54 @@ def _lines(run: "Run", form: str, matching: str) -> Iterator[str]:
 
 
 def draw(found: "Sequence[Run]", path: Path) -> None:
-    """Error above, PSNR below, one column per scene; key frames are marked."""
+    """Error above, PSNR below, one column per scene; key frames are marked between."""
     import matplotlib
-    from matplotlib.figure import Figure
 
-    from chrmc.files import replacing
+    from chrmc.figures import new_figure, save, series
 
     scenes = list(dict.fromkeys(run.scene for run in found))
+    labels = list(dict.fromkeys(run.label for run in found))
     with matplotlib.rc_context({"font.size": 9}):
-        figure = Figure(figsize=(1.5 + 4.2 * len(scenes), 6.0), layout="constrained")
-        axes = figure.subplots(2, len(scenes), sharex="col", sharey="row", squeeze=False)
+        figure, axes = new_figure(
+            (1.5 + 4.6 * len(scenes), 7.0), 3, len(scenes), sharex="col", sharey="row",
+            squeeze=False, height_ratios=[1, 0.1 * len(labels), 1],
+        )  # fmt: skip
+        lines: dict[str, Any] = {}
         for column, scene in enumerate(scenes):
-            above, below = axes[:, column]
-            mine = [run for run in found if run.scene == scene]
-            for run, colour in zip(mine, ("tab:red", "tab:blue", "tab:green"), strict=False):
+            above, between, below = axes[:, column]
+            for run in (run for run in found if run.scene == scene):
+                place = labels.index(run.label)
+                style = series(place) | {"lw": 1}
                 # A key frame repeats the truth: shown as a mark, not as a dip of the curve.
                 keep = [not r.key for r in run.records]
-                for axis, values, style, label in (
-                    (above, run.errors, ".-", run.label),
-                    (above, run.own_errors, ":", "the moving object alone"),
-                    (below, run.measure("psnr"), ".-", run.label),
-                ):
+                for axis, values, look, label in (
+                    (above, run.errors, {"ls": "-", "ms": 4}, f"{run.label}: whole frame"),
+                    (above, run.own_errors, {"ls": ":", "ms": 4, "mfc": "white"},
+                     f"{run.label}: the moving object alone"),
+                    (below, run.measure("psnr"), {"ls": "-", "ms": 4}, ""),
+                ):  # fmt: skip
                     shown = [v if k else float("nan") for v, k in zip(values, keep, strict=True)]
-                    axis.plot(run.numbers, shown, style, ms=3, lw=1, color=colour, label=label)
-                low = {"color": colour, "marker": "|", "ls": "", "ms": 9}
-                above.plot(
-                    run.keys, [0.0] * len(run.keys), **low, label=f"key frames ({len(run.keys)})"
-                )
+                    line = axis.plot(run.numbers, shown, **style, **look)[0]
+                    if label:
+                        lines[label] = line
+                between.plot(run.keys, [place] * len(run.keys), "|", ms=9, color=style["color"])
+                between.annotate(
+                    f"{len(run.keys)}", (1.01, place), xycoords=("axes fraction", "data"),
+                    va="center", color=style["color"],
+                )  # fmt: skip
             above.set_title(scene)
-            above.legend(fontsize=7)
             below.set_xlabel("frame")
+            between.set_yticks(range(len(labels)), [f"keys, {label}" for label in labels])
+            between.set_ylim(len(labels) - 0.4, -0.6)
             for axis in (above, below):
                 axis.grid(alpha=0.3)
-        axes[0, 0].set_ylabel("relative field error of the frame")
-        axes[1, 0].set_ylabel("PSNR of the moving object's image, dB")
-        axes[0, 0].set_ylim(bottom=-0.02)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as partial:
-            figure.savefig(partial, dpi=130, format=path.suffix.lstrip(".") or "png")
+            for axis in (above, between, below):
+                axis.tick_params(labelbottom=True, labelleft=column == 0 or axis is not between)
+        axes[0, 0].set_ylabel("relative error of the field")
+        axes[2, 0].set_ylabel("PSNR of the moving object's image, dB")
+        axes[0, 0].set_ylim(bottom=0)
+        # Below the panels: inside it would hide curves.
+        figure.legend(
+            lines.values(), lines.keys(), loc="outside lower center", ncols=2, frameon=False
+        )
+        save(figure, path)

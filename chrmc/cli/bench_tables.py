@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from chrmc.bench.systems import Images
 from chrmc.bench.tables import Pair
-from chrmc.cli.arguments import frames_option, slm_option, wavelength_option
+from chrmc.cli.arguments import FigurePath, frames_option, slm_option, wavelength_option
 from chrmc.scene.scene import Scene, SceneFrame
 from chrmc.slm import SLM
 
@@ -66,7 +66,13 @@ def table_options(function: Callable[..., Any]) -> Callable[..., Any]:
                 "--out",
                 type=click.Path(path_type=Path, file_okay=False),
                 default=None,
-                help="Folder for the table as text, CSV and plot.",
+                help="Folder for the table as text, CSV and figure.",
+            ),
+            click.option(
+                "--figure",
+                type=FigurePath(),
+                default=None,
+                help="Name of the figure in that folder: a .png, .pdf or .svg. [its name.png]",
             ),
         )
     ):
@@ -87,6 +93,7 @@ def run(
     slm: SLM,
     wavelength: float | None,
     out: Path | None,
+    figure: Path | None = None,
 ) -> int:
     """Measure, print and write a table."""
     from chrmc.bench import systems, tables
@@ -125,7 +132,7 @@ def run(
     for text in texts:
         click.echo(text)
     if out is not None:
-        _write(out, name, "\n".join(texts), made, scene)
+        _write(out, name, "\n".join(texts), made, scene, figure or Path(f"{name}.png"))
         click.echo(f"written to {out}")
     return 0
 
@@ -163,8 +170,9 @@ def _section(name: str, kind: str, scene: Scene, rows: Sequence[dict[str, Any]])
 
 
 def _write(
-    out: Path, name: str, text: str, made: dict[str, list[dict[str, Any]]], scene: str
-) -> None:
+    out: Path, name: str, text: str, made: dict[str, list[dict[str, Any]]], scene: str,
+    figure: Path,
+) -> None:  # fmt: skip
     from chrmc.bench import tables
     from chrmc.files import replacing
 
@@ -174,8 +182,7 @@ def _write(
         path.write_text(text + "\n", encoding="utf-8")
     with replacing(out / f"{name}.csv") as path:
         path.write_text(tables.to_csv(rows), encoding="utf-8")
-    with replacing(out / f"{name}.png") as path:
-        tables.plot(dict(made), path, f"{name}, {scene}")
+    tables.plot(dict(made), out / figure, f"Table {name[-1]} of the paper, made again on {scene}")
 
 
 def image_psnr(slm: SLM, wavelength: float) -> Images:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chrmc.cli.arguments import form_option, slm_option, wavelength_option
+from chrmc.cli.arguments import figure_option, form_option, slm_option, wavelength_option
 from chrmc.slm import SLM
 
 if TYPE_CHECKING:
@@ -25,8 +25,9 @@ MANY = 100_000  # points up to which every size is measured on several clouds
     type=click.Path(path_type=Path, file_okay=False),
     default=Path("tradeoff"),
     show_default=True,
-    help="Folder for tradeoff.csv and tradeoff.png.",
+    help="Folder for tradeoff.csv and the figure.",
 )
+@figure_option("tradeoff.png")
 @click.option(
     "--points",
     "most",
@@ -73,6 +74,7 @@ MANY = 100_000  # points up to which every size is measured on several clouds
 def command(
     scene: str,
     out: Path,
+    figure: Path,
     most: int,
     rounds: int,
     last: int,
@@ -92,7 +94,8 @@ def command(
     in both time and error.
 
     Every scene's rows are printed and kept as soon as it is done: a stopped run is continued by
-    the same command. A table of another machine, scene or setting is refused.
+    the same command, and a finished one is only drawn anew. A table of another machine, scene or
+    setting is refused.
     """
     from chrmc.bench import tradeoff
     from chrmc.bench.tradeoff_table import Table
@@ -145,8 +148,8 @@ def command(
         )
         show(mine)
         smaller += mine
-    draw(table.entries, "; ".join(about), out / "tradeoff.png")
-    click.echo(f"{table.path}, {out / 'tradeoff.png'}")
+    draw(table.entries, "; ".join(about), out / figure)
+    click.echo(f"{table.path}, {out / figure}")
 
 
 def made_with(
@@ -194,44 +197,60 @@ def figures(entry: "Entry") -> str:
 def draw(entries: "Sequence[Entry]", about: str, path: Path) -> None:
     """Error over time, one panel for each scene and kind, the Pareto front joined."""
     import matplotlib
-    from matplotlib.figure import Figure
     from matplotlib.ticker import NullFormatter
 
-    from chrmc.files import replacing
+    from chrmc.figures import log_ticks, new_figure, save, seconds, series
 
     shown = [e for e in entries if e.seconds and not e.refused and e.error > 0]
     groups = list(dict.fromkeys((e.scene, e.kind) for e in shown))
-    names = list(dict.fromkeys(e.method for e in shown))
-    marks = "os^vDP"
-    colours = {name: f"C{number % 10}" for number, name in enumerate(names)}
-    shapes = {name: marks[number // 10 % len(marks)] for number, name in enumerate(names)}
+    names = {
+        kind: list(dict.fromkeys(e.method for e in shown if e.kind == kind))
+        for kind in dict.fromkeys(e.kind for e in shown)
+    }
     columns = min(3, max(1, len(groups)))
     rows = -(-len(groups) // columns)
-    with matplotlib.rc_context({"font.size": 8}):
-        figure = Figure(figsize=(4.2 * columns, 3.2 * rows + 0.6), layout="constrained")
-        panels = figure.subplots(rows, columns, squeeze=False).ravel()
-        for panel, (scene, kind) in zip(panels, groups, strict=False):
+    with matplotlib.rc_context({"font.size": 9}):
+        figure, panels = new_figure((4.4 * columns + 1.6, 3.3 * rows + 0.8), rows, columns,
+                                    squeeze=False, sharey=True)  # fmt: skip
+        drawn: dict[str, dict[str, Any]] = {kind: {} for kind in names}
+        for panel, (scene, kind) in zip(panels.ravel(), groups, strict=False):
             mine = [e for e in shown if (e.scene, e.kind) == (scene, kind)]
+            best = sorted((e for e in mine if e.front), key=lambda e: e.time)
+            panel.set(xscale="log", yscale="log", title=title_of(scene, kind))
+            drawn[kind]["nothing is both\nfaster and better"] = panel.plot(
+                [e.time for e in best], [e.error for e in best], "-", lw=1, color="0.5", zorder=0
+            )[0]
             for name in dict.fromkeys(e.method for e in mine):
                 own = [e for e in mine if e.method == name]
-                panel.plot([e.time for e in own], [e.error for e in own], shapes[name], ms=5,
-                           color=colours[name], label=name)  # fmt: skip
-            best = sorted((e for e in mine if e.front), key=lambda e: e.time)
-            panel.plot([e.time for e in best], [e.error for e in best], "-", lw=1, color="0.5",
-                       zorder=0, label="nothing better")  # fmt: skip
-            panel.set(
-                xscale="log",
-                yscale="log",
-                title=f"{scene}, {'video' if kind == 'video' else 'one frame'}",
-            )
+                drawn[kind][name] = panel.plot(
+                    [e.time for e in own], [e.error for e in own], ls="", ms=6, alpha=0.85,
+                    **series(names[kind].index(name)),
+                )[0]  # fmt: skip
             panel.grid(alpha=0.3)
-            panel.xaxis.set_minor_formatter(NullFormatter())
-            panel.legend(fontsize=6)
-        for panel in panels[len(groups) :]:
+        for panel in panels.ravel()[: len(groups)]:
+            log_ticks(panel.xaxis, seconds)
+            panel.yaxis.set_minor_formatter(NullFormatter())
+            panel.tick_params(labelleft=True)  # shared, and still told at each
+        for panel in panels.ravel()[len(groups) :]:
             panel.set_axis_off()
-        figure.supxlabel("seconds per frame (median)")
-        figure.supylabel("relative field error")
-        figure.suptitle(about, fontsize=7)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as partial:
-            figure.savefig(partial, dpi=130, format="png")
+        # Beside the panels: inside it would hide points.
+        for kind, place in zip(
+            names, ("outside right upper", "outside right center"), strict=False
+        ):
+            title = "one frame" if kind == "cgh" else "video"
+            lines = {name: drawn[kind][name] for name in [*names[kind], *drawn[kind]]}
+            figure.legend(
+                lines.values(), lines.keys(), loc=place, title=title, frameon=False,
+                alignment="left",
+            )  # fmt: skip
+        figure.supxlabel(f"time per frame (median)\n{about}", fontsize=9)
+        figure.supylabel("relative error of the field, worst run", fontsize=9)
+        save(figure, path)
+
+
+def title_of(scene: str, kind: str) -> str:
+    """A panel's title, counts of points readable."""
+    words = scene.split()
+    if words[0].isdigit():
+        scene = " ".join([f"{int(words[0]):,}", *words[1:]])
+    return f"{scene}, {'video' if kind == 'video' else 'one frame'}"

@@ -99,10 +99,10 @@ def command(
     an object is too small or too shallow to tell). Exit status 0 when all is as it should be, 1
     when not.
     """
+    from chrmc.figures import check_figure
     from chrmc.store.colour import open_video
     from reconstruct import report
     from reconstruct.checking import check, scene_of
-    from reconstruct.figure import check_figure
 
     if plot is not None:
         check_figure(plot)

@@ -16,7 +16,7 @@ MARGIN = 0.5e-3
 def draw_montage(video: Video, numbers: Sequence[int], path: Path) -> None:
     """Picture (PNG, PDF, SVG) of the given frames: the hologram, then a reconstruction at each
     object's depth with the object itself enlarged."""
-    from reconstruct.figure import new_figure, save
+    from chrmc.figures import new_figure, save
     from reconstruct.sequence import system_of
 
     names = [o["name"] for o in video.entry(numbers[0])["objects"]]
@@ -125,7 +125,7 @@ def _show_depth(
     others: Sequence[dict[str, Any]],
 ) -> None:
     """Amplitude (a square root of intensity, nearer to how an eye sees) over the view."""
-    from reconstruct.figure import scale_bar
+    from chrmc.figures import scale_bar
 
     slm = video.slm
     half_x, half_y = slm.width * slm.pixel_pitch / 2, slm.height * slm.pixel_pitch / 2

@@ -36,9 +36,9 @@ def command(
 ) -> int:
     """Draw the video in DIR as one picture: moving objects at several moments, every object
     reconstructed at its own depth; below, single frames."""
+    from chrmc.figures import check_figure
     from chrmc.progress import progress
     from chrmc.store.video import open_video
-    from reconstruct.figure import check_figure
     from reconstruct.sequence import composite, panorama, region_of, spread_frames, system_of
 
     stored = open_video(video)
@@ -60,9 +60,9 @@ def command(
 
 def draw(stored: Any, wide: Any, shown: Any, numbers: list[int], region: Any, out: Path) -> None:
     """Write the picture."""
-    from matplotlib import pyplot as plt
+    from matplotlib.figure import Figure
 
-    from reconstruct.figure import save, scale_bar
+    from chrmc.figures import save, scale_bar
     from reconstruct.images import to_grey
     from reconstruct.sequence import common_scale, targets_of
 
@@ -78,7 +78,7 @@ def draw(stored: Any, wide: Any, shown: Any, numbers: list[int], region: Any, ou
     width = 12.0
     count = max(len(shown), 1)
     height = width * ratio + width / count * ratio + 0.9
-    figure = plt.figure(figsize=(width, height), layout="constrained")
+    figure = Figure(figsize=(width, height), layout="constrained")
     grid = figure.add_gridspec(2, count, height_ratios=[count, 1])
     pictures = [(figure.add_subplot(grid[0, :]), wide, f"frames {_listed(numbers)}", white)]
     for i, s in enumerate(shown):

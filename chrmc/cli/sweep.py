@@ -54,9 +54,9 @@ def command(
     from chrmc.bench.speed import machine
     from chrmc.cli.sweep_plot import draw, plotted_columns
     from chrmc.cli.sweep_recipe import read_recipe
+    from chrmc.figures import check_figure
     from chrmc.sweep.run import TABLE, TEXT_TABLE, run_sweep
     from chrmc.sweep.table import to_text
-    from reconstruct.figure import check_figure
 
     if out is not None and columns is None:
         raise ValueError("--out names the figure of --plot X,Y; the table goes to --folder")

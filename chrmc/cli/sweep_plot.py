@@ -36,7 +36,7 @@ def draw(rows: Sequence[Row], x: str, y: str, path: Path) -> int:
     shown = [r for r in rows if r.get(x) is not None and r.get(y) is not None]
     if not shown:
         raise ValueError(f"no row has both {x} and {y}")
-    from reconstruct.figure import MARKERS, new_figure, save
+    from chrmc.figures import MARKERS, new_figure, save
 
     varying = [n for n in _SERIES if n != x and len({str(r[n]) for r in shown}) > 1]
     series: dict[str, list[Row]] = {}

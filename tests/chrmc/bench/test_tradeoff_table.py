@@ -5,6 +5,7 @@ import io
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -62,6 +63,32 @@ def test_the_plot_of_kept_rows_is_that_of_measured_ones(tmp_path: Path) -> None:
     entries[2].front = True
     draw(entries, "machine", tmp_path / "other.png")
     assert (tmp_path / "measured.png").read_bytes() != (tmp_path / "other.png").read_bytes()
+
+
+def test_no_legend_lies_over_points_and_every_axis_has_ticks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept: list[Any] = []
+    monkeypatch.setattr("chrmc.figures.save", lambda figure, path: kept.append(figure))
+    entries = [entry(0.020, 1e-1, "1000000 points"), entry(0.021, 1e-5, "1000000 points"),
+               entry(2e-6, 1e-2, "b"), entry(20, 1e-3, "b")]  # fmt: skip
+    draw(entries, "machine", tmp_path / "t.png")
+    (figure,) = kept
+    figure.draw_without_rendering()  # lays it out
+    assert [a.get_title() for a in figure.axes] == ["1,000,000 points, one frame", "b, one frame"]
+    for axes in figure.axes:
+        low, high = axes.get_xlim()
+        assert 3 <= sum(low <= t <= high for t in axes.get_xticks()) <= 9
+        assert axes.get_legend() is None
+        told = [t.get_text() for t in axes.get_xticklabels()]
+        assert all(word.endswith("s") for word in told if word)
+        for legend in figure.legends:
+            assert not legend.get_window_extent().overlaps(axes.get_window_extent())
+
+
+def test_a_figure_of_another_kind_is_refused_before_the_work(tmp_path: Path) -> None:
+    assert run("--out", tmp_path / "t", "--figure", "t.doc") == 2
+    assert not (tmp_path / "t").exists()
 
 
 def test_scenes_are_stored_one_by_one_and_kept(tmp_path: Path) -> None:
