@@ -14,11 +14,12 @@ from chrmc.scene.sources.model import Model, only_line
 SEED = 20180917
 """Of random phases where a file has none."""
 AXES = ("x", "y", "z")
-_NAMES = {
+NAMES = {
     "amplitude": ("amplitude", "amp", "a"),
     "intensity": ("intensity", "i", "grey", "gray"),
     "phase": ("phase", "phi"),
 }
+"""What columns are called."""
 _COLOURS = (("r", "red"), ("g", "green"), ("b", "blue"))
 
 
@@ -137,7 +138,7 @@ def _columns(path: Path, names: list[str], width: int) -> dict[str, int]:
     column = {a: names.index(a) for a in AXES if a in names}
     if len(column) < 3:
         raise ValueError(f"{path} has columns {', '.join(names)}; x, y and z are needed")
-    for key, called in _NAMES.items():
+    for key, called in NAMES.items():
         find_column(column, names, key, called)
     colours = [next((names.index(c) for c in pair if c in names), None) for pair in _COLOURS]
     if None not in colours:

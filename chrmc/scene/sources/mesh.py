@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from chrmc.colour import linear
 from chrmc.scene.points import PointCloud
-from chrmc.scene.sources.cloud import cloud_of
+from chrmc.scene.sources.cloud import NAMES, cloud_of, find_column
 from chrmc.scene.sources.gltf_motion import Bent, Motion, read_motion
 from chrmc.scene.sources.model import Model, only_line
 from chrmc.scene.surface.surface import Paint, Surface, join
@@ -27,8 +27,9 @@ def read_mesh(path: Path) -> Model:
     """
     absent: list[str] = []
     scene = _load(path, absent)
-    if path.suffix.lower() == ".ply":
-        _check_whole(path, scene)
+    kind = path.suffix.lower()
+    if kind in (".ply", ".stl"):
+        (_check_ply if kind == ".ply" else _check_stl)(path, scene)
     motion = read_motion(path) if path.suffix.lower() in (".glb", ".gltf") else Motion()
     if motion.compressed:
         raise ValueError(f"{path} is compressed by Draco: export it without compression")
@@ -72,7 +73,7 @@ def _parts(
                 colours = getattr(geometry, "colors", None)
                 known = colours is not None and len(colours) == len(place) > 0
                 shown = np.asarray(colours)[:, :3] / 255 if known else None
-                loose.append(cloud_of(place, colour=shown))
+                loose.append(cloud_of(place, colour=shown, **_scalars(geometry, len(place))))
             continue
         if path.suffix.lower() == ".stl":  # whose triangles share no corners
             with np.errstate(invalid="ignore"):
@@ -87,6 +88,22 @@ def _parts(
         if len(surface.faces):
             parts.setdefault(name or path.stem, []).append(surface)
     return parts, loose, dropped
+
+
+def _scalars(geometry: Any, count: int) -> dict[str, NDArray[np.float64]]:
+    """Amplitude or intensity, and phase, where a .ply has them beside its places."""
+    raw = getattr(geometry, "metadata", {}).get("_ply_raw", {}).get("vertex", {}).get("data")
+    if raw is None:
+        return {}
+    names = list(raw) if isinstance(raw, dict) else list(raw.dtype.names)
+    plain = [name.lower().removeprefix("scalar_") for name in names]
+    column: dict[str, int] = {}
+    for key, called in NAMES.items():
+        find_column(column, plain, key, called)
+    if "amplitude" in column:
+        column.pop("intensity", None)
+    found = {k: np.asarray(raw[names[c]], np.float64).reshape(-1) for k, c in column.items()}
+    return {key: values for key, values in found.items() if len(values) == count}
 
 
 def _load(path: Path, absent: list[str]) -> Any:
@@ -125,7 +142,7 @@ def _load(path: Path, absent: list[str]) -> Any:
         ) from None
 
 
-def _check_whole(path: Path, scene: Any) -> None:
+def _check_ply(path: Path, scene: Any) -> None:
     """OSError for a .ply that holds less than its header says: trimesh takes what is there."""
     with path.open("rb") as file:
         head = file.read(1 << 16)
@@ -137,6 +154,23 @@ def _check_whole(path: Path, scene: Any) -> None:
             f"{path} is cut short: {there} of {said.get(b'vertex', 0)} vertices and {faces} of "
             f"{said.get(b'face', 0)} faces are there; write it again"
         )
+
+
+def _check_stl(path: Path, scene: Any) -> None:
+    """OSError for an .stl that ends before it should."""
+    if any(len(getattr(g, "faces", ())) for g in scene.geometry.values()):
+        return
+    with path.open("rb") as file:
+        head = file.read(84)
+        file.seek(max(path.stat().st_size - 1024, 0))
+        tail = file.read()
+    if head.lstrip().startswith(b"solid"):
+        if b"facet" in tail and b"endsolid" not in tail:
+            raise OSError(f"{path} is cut short: it has no endsolid; write it again")
+        return
+    said, there = int.from_bytes(head[80:84], "little"), max(path.stat().st_size - 84, 0) // 50
+    if len(head) == 84 and there < said:
+        raise OSError(f"{path} is cut short: {there} of {said} triangles are there; write it again")
 
 
 def _only_points(path: Path, loose: list[PointCloud], dropped: int, notes: list[str]) -> Model:

@@ -32,6 +32,20 @@ def test_a_ply_of_points(models: Path) -> None:
     )
 
 
+def test_a_ply_s_own_amplitudes_and_phases(tmp_path: Path) -> None:
+    head = "ply\nformat {} 1.0\nelement vertex 2\n" + "".join(
+        f"property float {name}\n" for name in ("x", "y", "z", "scalar_Intensity", "phase")
+    )
+    rows = np.array([[0, 0, 0, 4, 0.5], [1, 2, 3, 9, 0.6]], "<f4")
+    text = "\n".join(" ".join(map(str, row)) for row in rows)
+    (tmp_path / "a.ply").write_text(head.format("ascii") + f"end_header\n{text}\n")
+    binary = head.format("binary_little_endian").encode() + b"end_header\n" + rows.tobytes()
+    (tmp_path / "b.ply").write_bytes(binary)
+    for name in "ab":
+        cloud = PointCloud.from_file(tmp_path / f"{name}.ply")
+        assert cloud.amplitude.tolist() == [2, 3] and cloud.phase == pytest.approx([0.5, 0.6])
+
+
 def test_npz_and_positions_left_where_they_are(tmp_path: Path) -> None:
     positions = np.array([[0, 0, 0.2], [1e-3, 2e-3, 0.21]])
     np.savez(tmp_path / "c.npz", positions=positions, amplitude=[1, 2], phase=[0, 1])
