@@ -94,6 +94,17 @@ def field(
     return out
 
 
+def quick_field(
+    cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
+) -> NDArray[np.complex64] | None:
+    """`field` where single precision is enough for all of it, else None."""
+    x, y = slm.x(window.columns), slm.y(window.rows)
+    if np.max(_rest(cloud, x, y, wavelength, passband)) >= _REST_CYCLES:
+        return None
+    out, power = _sum(cloud, slm, wavelength, window, passband, np.complex64)
+    return None if np.vdot(out, out).real < _CANCELLED * power else out
+
+
 def _sum(
     cloud: PointCloud,
     slm: SLM,
@@ -123,21 +134,30 @@ def _sum(
             waves = np.sum(axis_x.weight**2, axis=1) * np.sum(axis_y.weight**2, axis=1)
             power += float(np.sum(waves / z**2))
             double = kind is np.complex128
-            dtype = np.float64 if double else _dtype(axis_x, axis_y, z, wavelength)
+            small = np.max(_rest(part, x, y, wavelength, passband)) < _REST_CYCLES
+            dtype = np.float32 if small and not double else np.float64
             arguments = (z, wavelength, axis_x.cast(dtype), axis_y.cast(dtype), out)
             for done in [pool.submit(_add, rows, *arguments) for rows in blocks]:
                 done.result()
     return out, power
 
 
-def _dtype(
-    axis_x: _Axis, axis_y: _Axis, z: NDArray[np.float64], wavelength: float
-) -> type[np.floating[Any]]:
-    """float32 where the rest of every point stays small on its footprint, else float64."""
-    sx = np.max(axis_x.excess, axis=1, where=axis_x.weight > 0, initial=0)
-    sy = np.max(axis_y.excess, axis=1, where=axis_y.weight != 0, initial=0)
-    rest = 2 * sx * sy / (2 * z + sx + sy)
-    return np.float32 if np.max(rest) < _REST_CYCLES * wavelength else np.float64
+def _rest(
+    cloud: PointCloud,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    wavelength: float,
+    passband: Passband,
+) -> NDArray[np.float64]:
+    """(N,) largest `rest` of each point on its footprint, cycles."""
+    z = cloud.positions[:, 2]
+    s = []
+    for axis, pixels, f_max in ((0, x, passband.fx_max), (1, y, passband.fy_max)):
+        at = cloud.positions[:, axis]
+        far = np.maximum(np.abs(at - pixels[0]), np.abs(at - pixels[-1]))
+        far = np.minimum(far, z * reach(wavelength, f_max))
+        s.append(far**2 / (np.hypot(far, z) + z))
+    return np.asarray(2 * s[0] * s[1] / ((2 * z + s[0] + s[1]) * wavelength))
 
 
 def _add(

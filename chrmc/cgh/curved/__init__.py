@@ -14,6 +14,7 @@ docs/curved.md tells it in order.
 
 from dataclasses import dataclass, replace
 from functools import partial
+from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,7 @@ from chrmc.cgh.curved.cost import cost_of
 from chrmc.cgh.curved.direct import (
     BEARABLE,
     BEARABLE_BY_RAYS,
+    QUICK,
     RAY_ERROR,
     SMALL,
     direct_field,
@@ -41,7 +43,7 @@ from chrmc.cgh.curved.direct import (
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.parallel import alone, spread
 from chrmc.cgh.curved.predict import Budget, error_allowed
-from chrmc.cgh.curved.verify import SURE, field_error, measured_error
+from chrmc.cgh.curved.verify import SURE, field_error, look
 from chrmc.cgh.curved.wave import phasor
 from chrmc.cgh.method import CGHMethod
 from chrmc.encoding import Coding
@@ -133,12 +135,14 @@ def low_rank(
         factors = [factor for factor, _ in summed]
         budget = sum((budget for _, budget in summed), Budget(0.0, 0.0))
         error, allowed = budget.relative, error_allowed(factors, tolerance, len(cloud))
+        least = budget.least
         if error <= allowed:
-            seen = measured_error(factors, cloud, lines, wavelength, plane.reach, tolerance, error)
-            error, allowed = max(error, seen), SURE * tolerance
+            seen = look(factors, cloud, lines, wavelength, plane.reach, tolerance, error)
+            error, allowed = max(error, hypot(*seen)), SURE * tolerance
+            least = max(least, seen[1])
             if error <= allowed:
                 return LowRank(factors, parts, Budget(error**2 * budget.light, budget.light))
-        if budget.least > allowed or not np.isfinite(error):
+        if least > allowed or not np.isfinite(error):
             break  # as where waves all but cancel: denser nodes would not mend it
         aim *= max(0.7 * allowed / error, 1e-3)
     raise ValueError(
@@ -284,15 +288,16 @@ def _sum(
     try:
         return low_rank(cloud, slm, wavelength, window, passband, tolerance=tolerance)
     except ValueError:
+        if QUICK < work <= BEARABLE_BY_RAYS and tolerance >= 3 * RAY_ERROR:
+            made = rt.quick_field(cloud, slm, wavelength, window, passband)
+            if made is not None:
+                lines = lines_of(slm, window)
+                error = field_error(made, cloud, lines, wavelength, plane.reach, tolerance)
+                if error <= SURE * tolerance:
+                    return made, error
         if work <= BEARABLE:
             return exact(), None
-        if work > BEARABLE_BY_RAYS or tolerance < 3 * RAY_ERROR:
-            raise
-        made = rt.field(cloud, slm, wavelength, window, passband)
-        error = field_error(made, cloud, lines_of(slm, window), wavelength, plane.reach, tolerance)
-        if error > SURE * tolerance:
-            raise
-        return made, error
+        raise
 
 
 def cost(

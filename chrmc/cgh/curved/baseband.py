@@ -47,8 +47,8 @@ _SMALL = 0.08  # a level's terms against those of the level before
 _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for it
 MOST_WAVES = 2e8
 """Points times nodes of a hologram up to which waves are summed one by one, a few seconds."""
-_WORTH = 3e7  # points times targets, from which splitting for want of a series is quicker
-_MANY = 8000  # points in all, from which it matters
+_QUICK = 1e7  # the same up to which that is quicker than smaller clusters
+_MOST_LEAVES = 2000  # sub-clusters of a cluster, some 20 ms each
 _SAMPLES = 0.1  # of a series, for each wave that it saves
 SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
 
@@ -152,19 +152,21 @@ def sum_points(
     leaf: bool = False,
     series: Series | None = None,
     beside: Callable[[Remainder], None] | None = None,
+    room: int = _MOST_LEAVES,
 ) -> Summed:
     """The baseband of a cloud at given nodes.
 
     leaf : sum all points at once, not by sub-clusters
     series : one made for these points and nodes, if there is
     beside : done while products are formed, if they are, with what they miss
+    room : sub-clusters that it may be cut into
     """
     box = clusters.bounding_box(cloud.positions)
     nodes = len(axes[0].nodes), len(axes[1].nodes)
     grid = (1, 1) if leaf else clusters.leaf_grid(box, len(cloud), nodes, plane)
     if grid != (1, 1):
         parts = clusters.leaves(cloud, box, grid)
-        return _from_leaves(parts, axes, reference, plane, tolerance)
+        return _from_leaves(parts, axes, reference, plane, tolerance, room)
     wave = Wave(reference, plane.wavelength, plane.reach)
     tables: Tables | None = None
     if series is None:
@@ -177,16 +179,10 @@ def sum_points(
         series = run_all(pieces)[0]
     if series is None or series.terms > _MOST_TERMS:
         # The rest of the wave changes too much over the cluster: smaller ones, or none at all.
-        parts = clusters.leaves(cloud, box, (2, 2, 2)) if len(cloud) > _FEW else []
-        few = len(cloud) * plane.x[2] * plane.y[2] < _WORTH
-        if len(parts) > 1 and few and plane.points > _MANY:
-            raise ValueError(
-                f"points between {1e3 * box[2, 0]:.3g} and {1e3 * box[2, 1]:.3g} mm would take "
-                "thousands of small clusters, more work than pixel by pixel: use rt, or bring them "
-                "closer together"
-            )
-        if len(parts) > 1:
-            return _from_leaves(parts, axes, reference, plane, tolerance)
+        if len(cloud) > _FEW and len(cloud) * nodes[0] * nodes[1] > _QUICK:
+            parts = clusters.leaves(cloud, box, (2, 2, 2))
+            if 1 < len(parts) <= room:
+                return _from_leaves(parts, axes, reference, plane, tolerance, room)
         most = MOST_WAVES / plane.points
         if nodes[0] * nodes[1] > most:
             raise ValueError(
@@ -268,6 +264,7 @@ def _from_leaves(
     reference: Reference,
     plane: Plane,
     tolerance: float,
+    room: int,
 ) -> Summed:
     """Baseband at a cluster's nodes, summed over sub-clusters' own few nodes."""
     x, y = axes[0].nodes, axes[1].nodes
@@ -283,7 +280,9 @@ def _from_leaves(
         behind = axes_behind(axes, part, centre, plane, NODE_SHARE * share)
         if not behind[0].blocks or not behind[1].blocks:
             return 0.0
-        real, imag, missed = sum_points(part, behind, centre, plane, share, leaf=True)
+        real, imag, missed = sum_points(
+            part, behind, centre, plane, share, leaf=True, room=room // len(parts)
+        )
         factor = Factor(*behind, centre, *_single(real, imag))
         turn_x = phasor(reference_cycles(x, centre.x, centre.z_x, plane.wavelength) - own_x)
         turn_y = phasor(reference_cycles(y, centre.y, centre.z_y, plane.wavelength) - own_y)

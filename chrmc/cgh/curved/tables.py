@@ -13,10 +13,12 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cgh.curved.assembly import reference_cycles
+from chrmc.cgh.curved.direct import weighted_waves
 from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.parallel import run_all
 from chrmc.cgh.curved.series import OnNodes, Series
-from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phase_table, phasors
+from chrmc.cgh.curved.wave import Wave, by_curvature, phase_table, phasor
 from chrmc.optics.footprint import taper
 from chrmc.scene.points import PointCloud
 
@@ -266,27 +268,17 @@ def exact_baseband(
     axis_y: Axis,
     wave: Wave,
 ) -> tuple[Singles, Singles]:
-    """The same point by point, for geometry that no short series fits."""
+    """The same point by point, for geometry that no short series fits, or where that is quicker."""
     reference, wavelength = wave.reference, wave.wavelength
-    nx, ny = len(axis_x.nodes), len(axis_y.nodes)
-    total = np.zeros((ny, nx), dtype=np.complex128)
-    some = max(1, (1 << 20) // max(1, nx * ny))
-    for start in range(0, len(cloud), some):
-        part = slice(start, start + some)
-        x, y, z = cloud.positions[part].T
-        dx, dy = axis_x.nodes - x[:, None], axis_y.nodes - y[:, None]
-        rest = reference.residual(dx[:, None, :], dy[:, :, None], z[:, None, None], wavelength)
-        cycles_x = axis_cycles(
-            axis_x.nodes, x, reference.along_x(z), reference.x, reference.z_x, wavelength
-        )
-        cycles_y = axis_cycles(
-            axis_y.nodes, y, reference.along_y(z), reference.y, reference.z_y, wavelength
-        )
-        cycles_y += (reference.start(z, wavelength) + cloud.phase[part] / (2 * pi))[:, None]
-        phasor_x = phasors(2 * pi * (cycles_x - np.rint(cycles_x)))
-        phasor_y = phasors(2 * pi * (cycles_y - np.rint(cycles_y)))
-        phasor_x *= axis_x.weights(x, z, wave.reach[0])
-        phasor_y *= axis_y.weights(y, z, wave.reach[1])
-        phasor_y *= (cloud.amplitude[part] * reference.modulus(z))[:, None]
-        total += np.einsum("jyx,jy,jx->yx", rest, phasor_y, phasor_x, optimize=True)
-    return total.real.astype(np.float32), total.imag.astype(np.float32)
+    x, y, z = cloud.positions.T
+    made = weighted_waves(
+        cloud, axis_x.nodes, axis_y.nodes, wavelength,
+        lambda some: axis_x.weights(x[some], z[some], wave.reach[0]),
+        lambda some: axis_y.weights(y[some], z[some], wave.reach[1]),
+    )  # fmt: skip
+    for axis, centre, depth, turned in (
+        (axis_x, reference.x, reference.z_x, made.T), (axis_y, reference.y, reference.z_y, made)
+    ):  # fmt: skip
+        cos, sin = phasor(reference_cycles(axis.nodes, centre, depth, wavelength))
+        turned *= (cos - 1j * sin)[:, None]
+    return made.real.astype(np.float32), made.imag.astype(np.float32)

@@ -7,6 +7,7 @@ coherent lattices, at grazing footprints, and where waves cancel, only a look at
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
+from math import hypot, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from chrmc.cgh.curved.assembly import Factor, reference_cycles
 from chrmc.cgh.curved.direct import field_at
 from chrmc.cgh.curved.nodes import Axis, Line
 from chrmc.cgh.curved.parallel import alone, spread
+from chrmc.cgh.curved.predict import ROUNDING
 from chrmc.cgh.curved.wave import phasor
 from chrmc.scene.points import PointCloud
 
@@ -93,7 +95,6 @@ class Lattice:
         return relative
 
 
-@alone
 def measured_error(
     factors: Sequence[Factor],
     cloud: PointCloud,
@@ -103,7 +104,22 @@ def measured_error(
     tolerance: float,
     expected: float,
 ) -> float:
-    """Relative L2 error of the sum of some factors, estimated on some pixels in float64.
+    """Relative L2 error of the sum of some factors in single precision, see `look`."""
+    return hypot(*look(factors, cloud, lines, wavelength, reach, tolerance, expected))
+
+
+@alone
+def look(
+    factors: Sequence[Factor],
+    cloud: PointCloud,
+    lines: tuple[Line, Line],
+    wavelength: float,
+    reach: tuple[float, float],
+    tolerance: float,
+    expected: float,
+) -> tuple[float, float]:
+    """Relative L2 error of the sum of some factors, estimated on some pixels in float64; and what
+    forming that sum in single precision will add, however many nodes there are.
 
     cloud : the points they were made from
     lines : x and y of the window's pixels
@@ -113,7 +129,12 @@ def measured_error(
     columns = _picked([factor.axis_x for factor in factors], random)
     rows = _picked([factor.axis_y for factor in factors], random)
     read = partial(_read, rows=rows[0], columns=columns[0], lines=lines, wavelength=wavelength)
-    lattice = Lattice(rows, columns, np.sum(spread(read, factors), axis=0))
+    values = spread(read, factors)
+    lattice = Lattice(rows, columns, np.sum(values, axis=0))
+    # Factors that cancel each other round as what they are, not as what they leave.
+    parts = sum(float((lattice.weight * np.abs(part) ** 2).sum()) for part in values)
+    total = float(lattice.power.sum())
+    least = ROUNDING * sqrt(parts / total) if total > 0 else 0.0
 
     def exact(x: Floats, y: Floats) -> Complexes:
         def some(part: slice) -> Complexes:
@@ -122,7 +143,7 @@ def measured_error(
         half = len(x) // 2
         return np.concatenate(spread(some, [slice(half), slice(half, None)]))
 
-    return lattice.error(exact, lines, len(cloud), tolerance, expected)
+    return lattice.error(exact, lines, len(cloud), tolerance, expected), least
 
 
 def field_error(
@@ -156,16 +177,20 @@ def _picked(axes: Sequence[Axis], random: np.random.Generator) -> tuple[NDArray[
         if (blocks := axis.blocks_of(run))
     ]
     ends = sorted({end for span in spans for end in span})
-    total = sum(stop - start for start, stop in spans)
+    lit = [
+        (start, stop)
+        for start, stop in pairwise(ends)
+        if any(first <= start and stop <= last for first, last in spans)
+    ]
+    total = sum(stop - start for start, stop in lit)
     picks, weights = [np.zeros(0, dtype=np.intp)], [np.zeros(0)]
-    for start, stop in pairwise(ends):
-        if any(first <= start and stop <= last for first, last in spans):
-            size = stop - start
-            count = min(size, max(_LEAST, round(_LINES * size / total)))
-            place = start + (np.arange(count) + random.random(count)) / count * size
-            place[0], place[-1] = start, stop - 1  # where interpolation is at its worst
-            picks.append(np.minimum(place.astype(np.intp), stop - 1))
-            weights.append(np.full(count, size / count))
+    for start, stop in lit:
+        size = stop - start
+        count = min(size, max(_LEAST, round(_LINES * size / total)))
+        place = start + (np.arange(count) + random.random(count)) / count * size
+        place[0], place[-1] = start, stop - 1  # where interpolation is at its worst
+        picks.append(np.minimum(place.astype(np.intp), stop - 1))
+        weights.append(np.full(count, size / count))
     return np.concatenate(picks), np.concatenate(weights)
 
 

@@ -86,16 +86,14 @@ def test_the_last_pixel_that_can_show_a_point(encoding: str) -> None:
 
 def test_hopeless_work_is_refused_before_it_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(curved.baseband, "MOST_WAVES", 1e3)
-    monkeypatch.setattr(curved.baseband, "_MANY", 10)
     monkeypatch.setattr(curved.baseband, "_MOST_TERMS", 2)
     cloud = box(40, (1e-3, 1e-3, 5e-4), (0, 0, 1e-3))
     slm = SLM("s", 300, 201, 8.1e-6)
     full, band = Window.full(slm), coding_for("real", slm).passband
-    with pytest.raises(ValueError, match="thousands of small clusters"):
-        curved.low_rank(cloud, slm, GREEN, full, band)
-    monkeypatch.setattr(curved.baseband, "_WORTH", 0)
-    with pytest.raises(ValueError, match=r"points at [01]\.\d+ mm would take .* waves each"):
-        curved.low_rank(cloud, slm, GREEN, full, band)
+    for quick in (1e9, 0):  # whole, and cut into sub-clusters
+        monkeypatch.setattr(curved.baseband, "_QUICK", quick)
+        with pytest.raises(ValueError, match=r"points at [01]\.\d+ mm would take .* waves each"):
+            curved.low_rank(cloud, slm, GREEN, full, band)
 
 
 @pytest.mark.long
