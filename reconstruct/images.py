@@ -24,6 +24,10 @@ def exposure(image: NDArray[np.floating]) -> float:
     return min(2 * float(np.sum(values * values)) / total, float(values.max()))
 
 
+MOST = 1e37
+"""Intensity that full_scale may be, of what single precision holds."""
+
+
 def to_grey(
     image: NDArray[np.floating], full_scale: float | None = None, gamma: float = 2.2
 ) -> NDArray[np.uint8]:
@@ -35,9 +39,9 @@ def to_grey(
     if not (np.isfinite(gamma) and gamma > 0):
         raise ValueError(f"gamma must be positive, not {gamma}")
     top = exposure(image) if full_scale is None else float(full_scale)
-    if not np.isfinite(top) or top < 0:
-        raise ValueError(f"full_scale must be a finite intensity of 0 or more, not {top}")
-    if top == 0:
+    if not 0 <= top <= MOST:
+        raise ValueError(f"full_scale must be a finite intensity of 0 to {MOST:g}, not {top}")
+    if top < 1 / MOST:
         return np.zeros(image.shape, dtype=np.uint8)
     level = np.clip(np.asarray(image, dtype=np.float32) / np.float32(top), 0, 1)
     return np.rint(255 * level ** np.float32(1 / gamma)).astype(np.uint8)
