@@ -69,11 +69,9 @@ from chrmc.cli.optics_options import BENCH_NAMES, POSITIVE, bench_from, bench_op
     help="Of the display a PNG is for; 1 makes grey proportional to intensity.",
 )
 @click.option(
-    "--full-scale",
-    type=click.FloatRange(1e-30, 1e30),
-    default=None,
+    "--full-scale", type=click.FloatRange(1e-30, 1e30), default=None,
     help="Intensity shown as white. [2·ΣI²/ΣI]",
-)
+)  # fmt: skip
 @click.option(
     "--camera",
     default=None,
