@@ -1,7 +1,8 @@
-"""Arrays kept for the next call within a memory cap, the least recently used out first."""
+"""Results kept for the next call, the least recently used out first."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from functools import lru_cache
 from typing import Any
 
 from numpy.typing import NDArray
@@ -53,3 +54,21 @@ class Kept:
             f"{len(self)} arrays, {self.nbytes / 2**20:.3g} MiB of at most "
             f"{self.limit / 2**20:.3g} MiB"
         )
+
+
+class KeptFrames:
+    """A function of a frame's number whose last few results are kept; another process that it is
+    sent to begins with none.
+
+    most : results
+    """
+
+    def __init__(self, function: Callable[[int], Any], most: int) -> None:
+        self._function, self._most = function, most
+        self._kept = lru_cache(maxsize=most)(function)
+
+    def __call__(self, number: int) -> Any:
+        return self._kept(number)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return KeptFrames, (self._function, self._most)

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from pickle import PicklingError
 from typing import Any
 
 from chrmc.cgh import method_named
@@ -144,6 +145,12 @@ def _recipe_file(recipe: Recipe, folder: Path) -> Iterator[str]:
         cloudpickle.register_pickle_by_value(module)
     try:
         inner = cloudpickle.dumps(recipe)
+    except (TypeError, AttributeError, PicklingError) as error:
+        why = " ".join(str(error).split())[:160]
+        raise ValueError(
+            f"the scene or a method cannot be sent to other processes ({why}): leave --workers and "
+            "--scheduler out"
+        ) from None
     finally:
         for module in own:
             cloudpickle.unregister_pickle_by_value(module)

@@ -6,15 +6,21 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 import chrmc
+from chrmc.generation.recipe import recipe_for
 
 pytest.importorskip("distributed")
+
+from chrmc.generation.cluster import _recipe_file
 
 OWN = '''
 import os, signal, time
@@ -285,3 +291,34 @@ def test_an_interrupt_keeps_what_is_finished(own: Path) -> None:
     (own / "go").touch()
     assert start(own, "v", "waiting").wait() == 0
     assert chrmc.open_video(own / "v").numbers == list(range(1, 9))
+
+
+@pytest.mark.parametrize("form", ["points", "rgbd"])
+def test_a_scene_that_was_looked_at_travels(form: str, tmp_path: Path) -> None:
+    """Meshes hold an OpenGL context and frames kept for the next call."""
+    import cloudpickle
+
+    mesh = tmp_path / "a.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n")
+    scene = chrmc.load_scene(mesh, form, slm=chrmc.SLM("s", 160, 100, 32e-6), points=300)
+    here = scene.frame(1).cloud
+    there = cloudpickle.loads(cloudpickle.dumps(scene)).frame(1).cloud
+    assert len(here)
+    np.testing.assert_array_equal(there.positions, here.positions)
+    np.testing.assert_array_equal(there.phase, here.phase)
+
+
+def test_what_cannot_travel_is_one_line(tmp_path: Path) -> None:
+    cloud = chrmc.PointCloud(np.array([[0, 0, 0.25]]), np.ones(1), np.zeros(1))
+    scene = chrmc.PointScene("s", {"a": cloud}, {"a": [chrmc.Pose(np.eye(3), np.zeros(3))]})
+    held = threading.Lock()
+
+    def method(cloud: Any, slm: Any, *_: Any, **__: Any) -> Any:
+        return np.zeros(slm.shape, np.complex64) if held else None
+
+    with (
+        pytest.raises(ValueError, match="cannot be sent to other processes"),
+        _recipe_file(recipe_for(scene, cgh=method, compensation="none"), tmp_path),
+    ):
+        pass
+    assert not list(tmp_path.iterdir())

@@ -9,11 +9,12 @@ side, and is as bright as a diffuse one (Lambert's law).
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.kept import KeptFrames
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
 from chrmc.scene.rgbd import DepthPlanes, RGBDFrame
@@ -135,13 +136,12 @@ class Cast:
             return rasterised(self.points(), shape, planes)
         buffer, owner = buffer_of(surfaces)
 
-        @lru_cache(maxsize=KEPT_FRAMES)
         def read(number: int) -> RGBDFrame:
             return draw_picture(self, number, shape, planes, buffer, owner)
 
         return RGBDScene(
             name=self.name,
-            read=read,
+            read=KeptFrames(read, KEPT_FRAMES),
             frame_count=self.frame_count,
             shape=shape,
             pixel_pitch=self.pixel_pitch,

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.kept import KeptFrames
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Pose
 from chrmc.scene.surface.surface import Surface
@@ -164,11 +165,12 @@ class Seen:
         rng = np.random.default_rng([cast.seed, 2])
         self._threshold = {name: rng.uniform(size=len(p.cloud)) for name, p in points.items()}
         self._pixel = pixel_of(cast, self._surfaces) if self._surfaces else 1.0
-        self._masks = lru_cache(maxsize=KEPT_FRAMES)(self._find)
+        self._masks = KeptFrames(self._find, KEPT_FRAMES)
 
     def mask(self, name: str, number: int) -> NDArray[np.bool_]:
         """(N,) which points of a body show in frame `number`."""
-        return self._masks(number)[name]
+        found: NDArray[np.bool_] = self._masks(number)[name]
+        return found
 
     def _find(self, number: int) -> dict[str, NDArray[np.bool_]]:
         poses = {name: self._cast.pose(name, number) for name in self._points}

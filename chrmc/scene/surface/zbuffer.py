@@ -37,6 +37,9 @@ class ZBuffer:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="z-buffer")
         self._parts: dict[Any, Any] = {}
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ZBuffer, (self._faces,)  # another process has a thread and a context of its own
+
     def draw(
         self, place: NDArray[np.float64], shape: tuple[int, int]
     ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
