@@ -183,14 +183,32 @@ class Flipper:
             self._compare(surface.grab, _SETTLE)
         return flip
 
-    def _compare(self, read: Callable[[], NDArray[np.uint8]], patience: float = 0.0) -> None:
-        """Count a difference between what is read and what should be there."""
+    def seen(self) -> NDArray[np.uint8]:
+        """(rows, columns, 3) bytes of what the desktop shows.
+
+        A compositor puts it together after the flip: what was flipped is waited for, half a second
+        at most, then what is there is given.
+        """
+        if self.picture is None:
+            return self.surface.grab()
+        return self._settled(self.surface.grab, _SETTLE)[0]
+
+    def _settled(
+        self, read: Callable[[], NDArray[np.uint8]], patience: float
+    ) -> tuple[NDArray[np.uint8], bool]:
+        """What is read, and whether it became what should be there."""
         assert self.picture is not None
         wanted = self.painter.expected(self.picture.levels, self._square)
         end = time.perf_counter() + patience
-        while not (same := np.array_equal(read(), wanted)) and time.perf_counter() < end:
+        while True:
+            got = read()
+            if (same := np.array_equal(got, wanted)) or time.perf_counter() >= end:
+                return got, same
             time.sleep(0.01)
-        self._mismatches += not same
+
+    def _compare(self, read: Callable[[], NDArray[np.uint8]], patience: float = 0.0) -> None:
+        """Count a difference between what is read and what should be there."""
+        self._mismatches += not self._settled(read, patience)[1]
 
     def summary(self, period: float | None, faults: tuple[str, ...] = ()) -> Summary:
         """The account so far."""

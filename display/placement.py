@@ -43,6 +43,8 @@ def open_on(
     rate = round(monitor.refresh) or glfw.DONT_CARE
     glfw.set_window_monitor(window, handle, 0, 0, monitor.width, monitor.height, rate)
     if _settles(glfw, window, monitor):
+        if desktop is not None:
+            desktop.keep_above(glfw.get_x11_window(window))
         return window, ""
     found = describe_place(glfw, window)
     glfw.destroy_window(window)

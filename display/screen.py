@@ -236,10 +236,12 @@ class Screen:
         return self._flipper.summary(self._refresh.period)
 
     def read(self) -> NDArray[np.uint8]:
-        """(rows, columns, 3) bytes that the panel's part of the desktop shows; headless, drawn."""
+        """(rows, columns, 3) bytes that the panel's part of the desktop shows; headless, drawn.
+
+        A compositor is waited for, half a second at most.
+        """
         with self._bound():
-            grabbed: NDArray[np.uint8] = self.surface.grab()
-            return grabbed
+            return self._flipper.seen()
 
     def close(self) -> None:
         """Close the window; nothing when it is closed already."""

@@ -16,6 +16,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 Box = tuple[int, int, int, int]
 """x, y, width, height on the desktop, pixels."""
+_ABOVE_DOCKS = 10  # of _WIN_LAYER: normal windows are at 4, docks at 8, menus at 12
 
 
 def _in_turn(method: Callable[P, T]) -> Callable[P, T]:
@@ -134,6 +135,24 @@ class Desktop:
         """Tell the window manager to keep its hands off a window that is not yet mapped."""
         ours = self._display.create_resource_object("window", window)
         ours.change_attributes(override_redirect=True)
+        self._display.sync()
+
+    @_in_turn
+    def keep_above(self, window: int) -> None:
+        """Ask for a place above docks and task bars.
+
+        IceWM lifts a full-screen window above its task bar only while it has the focus, and takes
+        this older hint (GNOME's _WIN_LAYER); others do not know it.
+        """
+        from Xlib.protocol import event
+
+        ours = self._display.create_resource_object("window", window)
+        layer = self._display.intern_atom("_WIN_LAYER")
+        wish = event.ClientMessage(
+            window=ours, client_type=layer, data=(32, [_ABOVE_DOCKS, 0, 0, 0, 0])
+        )
+        mask = self._x.SubstructureRedirectMask | self._x.SubstructureNotifyMask
+        self._root.send_event(wish, event_mask=mask)
         self._display.sync()
 
     @_in_turn

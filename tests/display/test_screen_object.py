@@ -204,7 +204,7 @@ def test_callback_and_trigger(small):
 def test_a_datagram_at_every_new_frame(small):
     receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     receiver.bind(("127.0.0.1", 0))
-    receiver.settimeout(10)
+    receiver.settimeout(240)
     mark = display.UDPMark(f"127.0.0.1:{receiver.getsockname()[1]}")
     with display.Screen(headless=True, slm=small, on_flip=mark) as screen:
         flips = list(screen.play([noise(small, n) for n in range(3)], every=2))
@@ -224,7 +224,10 @@ def test_a_byte_on_a_serial_line(small):
     with display.Screen(headless=True, slm=small, on_flip=mark) as screen:
         for _ in range(3):
             screen.show(noise(small))
-    assert os.read(ours, 10) == b"***"
+    came = b""
+    while len(came) < 3:  # the terminal hands them on when it likes
+        came += os.read(ours, 10)
+    assert came == b"***"
     mark.close()
     with pytest.raises(OSError, match="nothing-here"):
         display.SerialMark("/dev/nothing-here")
@@ -346,7 +349,7 @@ with display.Screen("DUMMY1", slm=slm) as screen:
     for n in range(int(sys.argv[1])):
         picture = (a, b)[n % 2]
         flip = screen.show(picture)
-        if n % 10 == 0:  # a look at the desktop costs more than a flip
+        if n % 5 == 0:  # a look at the desktop costs more than a flip
             wrong += not np.array_equal(screen.read(), picture[..., None].repeat(3, axis=2))
     print("wrong", wrong, "flips", flip.flip, "threads", threading.active_count(), flush=True)
     worker = threading.Thread(target=screen.show, args=(a,))
@@ -399,16 +402,16 @@ def test_a_thousand_frames_under_a_window_manager(managed, tmp_path):
     assert len(rows) == 1000 and {r["place"] for r in rows} == {"ok"}
 
 
-@pytest.mark.parametrize("managed", ["openbox"], indirect=True)
+@pytest.mark.parametrize("managed", ["openbox", "metacity"], indirect=True)
 def test_a_script_shows_alternating_frames_under_a_window_manager(managed):
     server, _ = managed
     done = subprocess.run(
-        [sys.executable, "-c", SCRIPT, "200"],
+        [sys.executable, "-c", SCRIPT, "60"],
         env=server.environment, capture_output=True, text=True, timeout=250,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == [
-        "wrong 0 flips 200 threads 2",
+        "wrong 0 flips 60 threads 2",
         "from a thread True",
         "alive True False",
         "closed True",

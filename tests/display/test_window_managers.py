@@ -61,11 +61,8 @@ def lands_and_stays(server, tmp_path, video_maker, slm, name):
         try:
             server.until(lambda: not np.array_equal(part(server, other), before), player)
             server.run("xdotool", "mousemove", str(x + 30), "130", "click", "1")
-            if name == "icewm" and slm is LEFT:  # its task bar comes to the front then
-                server.until(lambda: ",covered" in log.read_text(), player)
-            else:
-                server.until(lambda: shows(server, slm, frame), player)
-                server.until(lambda: log.read_text().endswith(",ok\n"), player)
+            server.until(lambda: shows(server, slm, frame), player)
+            server.until(lambda: log.read_text().endswith(",ok\n"), player)
         finally:
             visitor.kill()
             visitor.wait()
