@@ -1,9 +1,9 @@
 """chrmc: holograms of moving 3-D scenes for amplitude SLMs, as accurate as you ask for."""
 
 from chrmc.cgh import compute_field
-from chrmc.compensation import video
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import coding_for
+from chrmc.generation.auto import video
 from chrmc.generation.generate import generate
 from chrmc.optics.passband import Passband
 from chrmc.planning.choices import Plan, plan

@@ -173,7 +173,7 @@ method_options = stacked(
         type=Name(cgh_names),
         listing=lambda: ", ".join(cgh_names()) + ", or FILE.py:NAME.",
         default=None,
-        help="CGH method. [curved]",
+        help="CGH method. [auto]",
     ),
     click.option(
         "--compensation",
@@ -181,7 +181,7 @@ method_options = stacked(
         type=Name(compensation_names),
         listing=lambda: ", ".join(compensation_names()) + ", or FILE.py:NAME.",
         default=None,
-        help="Video method. [ch-rmc]",
+        help="Video method. [auto]",
     ),
     click.option(
         "--surface",

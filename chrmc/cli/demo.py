@@ -47,17 +47,21 @@ def command(
     from chrmc.cli.montage import draw_montage
     from chrmc.cli.play import command as play
     from chrmc.files import replacing
-    from chrmc.generation.make import make_video
+    from chrmc.generation.make import REPLACEMENT, make_video
     from chrmc.generation.recipe import recipe_for
     from chrmc.scene.load import load_scene
     from chrmc.slm import LC_R_1080
     from chrmc.store.summary import summary
     from chrmc.store.video import open_video
 
-    recipe = recipe_for(load_scene(chosen or scene, form=form), LC_R_1080, **methods)
     folder = out / "video"
+    begun = folder / REPLACEMENT if force else folder
+    given = load_scene(chosen or scene, form=form)
+    recipe = recipe_for(given, LC_R_1080, folder=begun, **methods)
 
     heading("1. Holograms")
+    if recipe.auto is not None and recipe.auto.why:
+        click.echo(f"auto: {recipe.auto.why}")
     made = make_video(recipe, folder, force=force)
     video = open_video(folder)
     table = list(summary(video))

@@ -91,6 +91,7 @@ def command(
         force=force,
         workers=workers,
         scheduler=scheduler,
+        tell=click.echo,
     )
     video = open_video(out)
     channels = video.channels if isinstance(video, ColourVideo) else (video,)

@@ -53,14 +53,14 @@ def cgh_names() -> list[str]:
     """The CGH methods."""
     from chrmc.cgh import METHODS
 
-    return list(METHODS)
+    return ["auto", *METHODS]
 
 
 def compensation_names() -> list[str]:
     """The video methods."""
     from chrmc.compensation import COMPENSATIONS
 
-    return [*COMPENSATIONS, "ch-rmc"]
+    return ["auto", *COMPENSATIONS, "ch-rmc"]
 
 
 def settings() -> dict[str, list[str]]:

@@ -36,6 +36,8 @@ COMPENSATIONS = {
 # name: the module whose `cost` counts what each object will take; the plan looks at these
 COUNTED = {"ch-rmc-object": "chrmc.compensation.ch_rmc_object.cost"}
 DEFAULT_TOLERANCE = 1e-3
+AUTO = "auto"
+"""What the plan takes, where both methods are left to it; beside a named one, the default."""
 _CH_RMC = "ch-rmc"  # either of the two, with the option `surface`
 OBJECT_CGH = "curved"  # whose basebands the object surface turns
 
@@ -91,10 +93,10 @@ def chosen(
     The one place of the defaults: the exact CGH method at a tolerance of 1e-3; with it the CH-RMC
     that is exact too, with any other no compensation. ValueError where choices do not fit.
     """
-    if cgh is None:
+    if cgh is None or cgh == AUTO:
         cgh = DEFAULT_METHOD
     all_options = dict(options or {})
-    if compensation is None:
+    if compensation is None or compensation == AUTO:
         exact = ch_rmc_for(cgh) == "ch-rmc-object"
         compensation = _CH_RMC if exact or surface is not None else "none"
     if compensation == _CH_RMC:

@@ -6,7 +6,7 @@ for all lasers, so that the one that has most to show just fills its range. Ligh
 footprints cover at each wavelength. Balance the lasers by a uniform frame that looks white.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from math import sqrt
 from pathlib import Path
@@ -38,20 +38,27 @@ def make_in_light(
     force: bool = False,
     workers: int | None = None,
     scheduler: str | None = None,
+    tell: Callable[[str], object] | None = None,
 ) -> int:
     """Make a scene's video in light of one wavelength or several; the number of frames made.
 
     choices : of `recipe_for`; the rest as in `make_video`
+    tell : is given a line on what `auto` takes
     """
     how: dict[str, Any] = {"force": force, "workers": workers, "scheduler": scheduler}
     lasers = lasers_of(wavelength)
+    there = (folder / MANIFEST).exists() or (folder / COLOUR).exists()
+    begun = folder / REPLACEMENT if force and there else folder
     if not lasers:
-        recipe = recipe_for(scene, slm, wavelength, **choices)  # type: ignore[arg-type]
+        recipe = recipe_for(scene, slm, wavelength, folder=begun, **choices)  # type: ignore[arg-type]
+        _tell(tell, recipe)
         return make_video(recipe, folder, frames, suffix, **how)
-    recipes = [recipe_for(one, slm, **choices) for one in scenes_in_light(scene, lasers)]
+    recipes = []
+    for one, name in zip(scenes_in_light(scene, lasers), _folders(begun, lasers), strict=True):
+        recipes.append(recipe_for(one, slm, folder=name, **choices))
+        _tell(tell, recipes[-1])
     frame_range(scene, frames)
     with told_when_full(folder), writer_lock(folder):
-        there = (folder / MANIFEST).exists() or (folder / COLOUR).exists()
         if not (force and there):
             _refuse_another(folder, lasers)
             return _fill(scene, recipes, folder, frames, suffix, how)
@@ -61,6 +68,19 @@ def make_in_light(
         made = _fill(scene, recipes, new, frames, suffix, how)
         _replace(folder, new)
         return made
+
+
+def _folders(folder: Path, lasers: Sequence[float]) -> list[Path | None]:
+    """Where each laser's video was begun."""
+    plan = read_plan(folder)
+    if plan is None or len(plan.folders) != len(lasers):
+        return [None] * len(lasers)
+    return [folder / name for name in plan.folders]
+
+
+def _tell(tell: Callable[[str], object] | None, recipe: Recipe) -> None:
+    if tell is not None and recipe.auto is not None and recipe.auto.why:
+        tell(f"auto: {recipe.auto.why}")
 
 
 def _refuse_another(folder: Path, lasers: Sequence[float]) -> None:

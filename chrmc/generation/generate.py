@@ -22,8 +22,8 @@ def generate(
     *,
     slm: SLM = LC_R_1080,
     wavelength: float | Sequence[float] | None = None,
-    cgh: str | Method | None = None,
-    compensation: str | VideoMethod | None = None,
+    cgh: str | Method | None = "auto",
+    compensation: str | VideoMethod | None = "auto",
     surface: str | None = None,
     tolerance: float | None = None,
     frames: tuple[int, int] | None = None,
@@ -44,8 +44,9 @@ def generate(
     slm : the panel
     wavelength : metres; default the scene's, else 532 nm. Several make a video in colours: a
         hologram per frame and laser, of the points' colours
-    cgh : CGH method, a name or a function; default "curved"
-    compensation : video method, a name or a function; default "ch-rmc" with "curved", else "none"
+    cgh : CGH method, compensation : video method, each a name or a function; default "auto": what
+        `chrmc.plan` finds cheapest, or what a stopped video was begun with. Beside a named method,
+        or options, "auto" is "curved", and "ch-rmc" with it, "none" with another
     surface : of ch-rmc, "object" or "paper"
     tolerance : largest relative field error against the float64 truth; default 1e-3 where the
         method promises one

@@ -96,6 +96,8 @@ def whole_description(
     scene: dict[str, Any] = description["scene"]
     if before is not None:
         refuse_another(folder, before, description)
+        if "auto" in before["methods"]:
+            description["methods"]["auto"] = before["methods"]["auto"]
         if "spot_check" in before["scene"]:
             scene["spot_check"] = spot_check(recipe.scene)
             refuse_another(folder, before, description)
@@ -103,6 +105,8 @@ def whole_description(
             kept = {"fingerprint", MADE_OF} & before["scene"].keys()
             scene |= {key: before["scene"][key] for key in kept}
             return description | {"scale": before["scale"]}
+    if recipe.auto is not None and recipe.auto.why:
+        description["methods"]["auto"] = {"tolerance": recipe.auto.asked, "why": recipe.auto.why}
     found = seen or survey(recipe.scene, recipe.slm, recipe.wavelength, recipe.coding)
     scene |= {"fingerprint": found.fingerprint, "spot_check": found.spot_check}
     if isinstance(recipe.source, Origin):

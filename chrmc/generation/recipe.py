@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from os import PathLike, fspath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ from chrmc.cgh import Method
 from chrmc.compensation import VideoMethod, chosen, frames_by, scene_wavelength
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import Coding, coding_for
-from chrmc.python_file import identity, is_python_name
+from chrmc.generation.auto import Taken, is_auto, stored_methods, taken
+from chrmc.planning.choices import GROUP
+from chrmc.python_file import identity, is_python_name, one_line
 from chrmc.ranges import Count, short
 from chrmc.response import GreyResponse
 from chrmc.scene.origin import Origin
@@ -21,9 +24,6 @@ from chrmc.store.manifest import FORMAT
 
 CHECK_SEED = 20180101
 """Seed of the pixels that `error_reference` is measured on, recorded in the manifest."""
-GROUP = 96
-"""Frames of a group whose method carries something from frame to frame: key frames, which cost up
-to ten frames, then take less than a tenth."""
 GROUP_COUNT = Count("group", 1, 1_000_000)
 CHECK_COUNT = Count("check_pixels", 0, 1 << 24)
 
@@ -35,6 +35,7 @@ class Recipe:
     source : what the scene was loaded from, FILE.py:NAME or files, for the manifest
     group : the video is cut after every so many frames; each group begins with a key frame and
         depends on nothing outside it
+    auto : how the methods were chosen, where they were not named
     """
 
     scene: Scene
@@ -48,6 +49,7 @@ class Recipe:
     response: GreyResponse | None = None
     source: str | Origin | None = None
     group: int = GROUP
+    auto: Taken | None = None
 
     @property
     def coding(self) -> Coding:
@@ -89,13 +91,25 @@ def recipe_for(
     check_pixels: int = 256,
     group: int | None = None,
     source: str | Origin | None = None,
+    folder: Path | None = None,
 ) -> Recipe:
-    """The recipe that these choices mean; ValueError where they do not fit together."""
+    """The recipe that these choices mean; ValueError where they do not fit together.
+
+    folder : of the video, whose manifest says what `auto` was when it was begun
+    """
     scene = as_scene(scene)
     if not isinstance(slm, SLM):
         raise ValueError(f"slm must be an SLM, such as chrmc.LC_R_1080, not {short(slm)}")
-    coding_for(encoding, slm)
-    cgh, compensation, options = chosen(cgh, compensation, surface, tolerance, dict(settings))
+    coding = coding_for(encoding, slm)
+    light = scene_wavelength(scene, wavelength)
+    auto = None
+    if is_auto(cgh, compensation, surface, dict(settings)):
+        before = None if folder is None else stored_methods(folder)
+        with one_line(source):
+            auto = taken(scene, slm, light, coding, tolerance, before)
+        cgh, compensation, options = auto.cgh, auto.compensation, auto.options
+    else:
+        cgh, compensation, options = chosen(cgh, compensation, surface, tolerance, dict(settings))
     if gamma is not None and response is not None:
         raise ValueError("--gamma and --response both give the grey response; use one")
     grey = None
@@ -111,7 +125,7 @@ def recipe_for(
     return Recipe(
         scene,
         slm,
-        scene_wavelength(scene, wavelength),
+        light,
         cgh,
         compensation,
         {name: python_number(value) for name, value in options.items()},
@@ -120,6 +134,7 @@ def recipe_for(
         grey,
         source,
         GROUP_COUNT.of(group),
+        auto,
     )
 
 

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 import chrmc
 from chrmc.cgh import wrp
+from chrmc.cgh.wrp_patches import MOST_PLANES
 from chrmc.encoding import coding_for
 from chrmc.kept import Kept
 from chrmc.optics.passband import full_band
@@ -99,7 +100,7 @@ def test_planes_stand_where_the_farthest_point_is_nearest() -> None:
     assert np.allclose(wrp.place_planes(z, 3), [1.1, 5.2, 9.0])
     assert np.allclose(wrp.place_planes(z, 1), [5.0])
     assert np.allclose(wrp.place_planes(np.array([0.244, 0.2535])), [0.24875])
-    assert len(wrp.place_planes(np.linspace(0.2, 2.0, 500))) <= wrp.MOST_PLANES
+    assert len(wrp.place_planes(np.linspace(0.2, 2.0, 500))) <= MOST_PLANES
     assert np.array_equal(wrp.place_planes(z, [3.0, 2.0]), [2.0, 3.0])
 
 
