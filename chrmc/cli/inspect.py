@@ -33,8 +33,8 @@ def command(
 ) -> None:
     """Say what the SLM will show of THING: size, resolution, focus, points, speckle, motion, cost.
 
-    THING is what `chrmc generate` takes. Times are reckoned from short runs on this machine, errors
-    measured on some of the points against the float64 truth, under single sideband.
+    THING is what `chrmc generate` takes. Times are counts of operations over this machine's rates
+    (chrmc calibrate), errors as expected from some of the points, under single sideband.
     """
     from chrmc.compensation import scene_wavelength
     from chrmc.inspection.picture import write_inspection

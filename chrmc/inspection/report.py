@@ -3,25 +3,18 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import sqrt
-from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.bench.reckon import reckon
-from chrmc.cgh import METHODS, compute_field
 from chrmc.encoding import coding_for
 from chrmc.optics.footprint import coverage, reach
 from chrmc.optics.passband import Passband
-from chrmc.reference import reference_samples, relative_error
+from chrmc.planning.choices import plan, spell
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene
 from chrmc.slm import SLM
 
-PROBED = 100
-"""Points and pixels on which the methods' errors are measured."""
-SECONDS = 0.3
-"""Longest time per method spent on finding out what a frame costs."""
 MOST_FRAMES = 200
 """Frames looked at for the motion; of longer scenes as many, evenly spread."""
 MM, UM = 1e3, 1e6
@@ -118,9 +111,22 @@ def sentences(scene: Scene, slm: SLM, wavelength: float, encoding: str = "ssb") 
     if not len(frame.cloud):
         return
     yield ""
-    yield f"{'method':<10}{'per frame':>12}{'field error':>14}   ({len(frame.cloud)} points)"
-    for name, seconds, error in costs(frame.cloud, slm, wavelength, passband):
-        yield f"{name:<10}{_duration(seconds):>12}{error:>14.1e}"
+    yield from _ways(scene, slm, wavelength, encoding)
+
+
+def _ways(scene: Scene, slm: SLM, wavelength: float, encoding: str) -> Iterator[str]:
+    """What each way to make the holograms takes, how wrong it is, and which one to take."""
+    try:
+        found = plan(scene, slm, wavelength=wavelength, encoding=encoding)
+    except ValueError as refusal:
+        yield f"no hologram can be made: {refusal}"
+        return
+    yield f"  {'way':<38} {'per frame':>10} {'field error':>12}"
+    for way in sorted(found.choices, key=lambda way: way.mean):
+        error = "unknown" if way.error is None else f"{way.error:.1e}"
+        mark = "→" if way is found.taken else " "
+        yield f"{mark} {way!s:<38} {spell(way.mean):>10} {error:>12}"
+    yield f"{found.why}."
 
 
 def _of_object(
@@ -183,38 +189,6 @@ def _lost(thing: ObjectFrame, slm: SLM, wavelength: float, passband: Passband) -
         body = thing.body
         cloud = PointCloud(thing.pose.apply(body.positions), body.amplitude, body.phase)
     return float((coverage(cloud, slm, wavelength, passband) <= 0).mean())
-
-
-def costs(
-    cloud: PointCloud, slm: SLM, wavelength: float, passband: Passband
-) -> Iterator[tuple[str, float, float]]:
-    """(method, seconds per frame reckoned, field error measured on a part of the points)."""
-    rng = np.random.default_rng(1)
-    order = rng.permutation(len(cloud))
-    part = cloud.select(order[:PROBED])
-    rows, columns = rng.integers(0, slm.height, PROBED), rng.integers(0, slm.width, PROBED)
-    truth = reference_samples(part, slm, wavelength, rows, columns, passband=passband)
-    for name in METHODS:
-
-        def seconds(count: int, name: str = name) -> float:
-            some = cloud.select(order[:count])
-            start = perf_counter()
-            compute_field(some, slm, wavelength, name, passband=passband)
-            return perf_counter() - start
-
-        start = perf_counter()
-        field = compute_field(part, slm, wavelength, name, passband=passband)
-        once = perf_counter() - start
-        error = relative_error(field[rows, columns], truth)
-        known = [(len(part), once)]
-        yield name, max(once, reckon(seconds, len(cloud), SECONDS, known)), error
-
-
-def _duration(seconds: float) -> str:
-    for limit, unit, factor in ((0.0995, "ms", 1e3), (99.5, "s", 1.0), (5970, "min", 1 / 60)):
-        if seconds < limit:
-            return f"{seconds * factor:.3g} {unit}"
-    return f"{seconds / 3600:.3g} h"
 
 
 def occupied(clouds: list[PointCloud]) -> NDArray[np.float64]:
