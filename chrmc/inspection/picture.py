@@ -48,16 +48,18 @@ def write_inspection(scene: Scene, slm: SLM, wavelength: float, path: Path) -> N
             shade: Any = drawn.get_facecolor()[0]
             front.plot(path_x, path_y, "-", lw=0.8, color=shade)
             top.plot(path_x, path_z, "-", lw=0.8, color=shade)
-    _frame(front, optics.half_view, "field of view")
     panel = (slm.width * slm.pixel_pitch / 2, slm.height * slm.pixel_pitch / 2)
-    _frame(front, panel, slm.name, "--")
-    front.set_facecolor("black")
-    front.set(xlabel="x / mm", ylabel="y / mm (down)", aspect="equal")
-    front.set_title(f"{scene.name}, frame 1, from the SLM", fontsize=10)
     shown = [
         1.1 * max(p, float(np.abs([a, b]).max()))
         for p, a, b in zip(np.array(panel) * MM, low, high, strict=False)
     ]  # the field of view itself may be far beyond
+    wide, tall = (h * MM for h in optics.half_view)
+    beyond = ", beyond the picture" if wide > shown[0] and tall > shown[1] else ""
+    _frame(front, optics.half_view, f"field of view ±{wide:.3g} × ±{tall:.3g} mm{beyond}")
+    _frame(front, panel, slm.name, "--")
+    front.set_facecolor("black")
+    front.set(xlabel="x / mm", ylabel="y / mm (down)", aspect="equal")
+    front.set_title(f"{scene.name}, frame 1, from the SLM", fontsize=10)
     front.set(xlim=(-shown[0], shown[0]), ylim=(shown[1], -shown[1]))
     front.legend(fontsize=7, loc="upper right")
     focus = optics.focus[0] * MM
