@@ -4,13 +4,14 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from chrmc.store.video import Video, open_video
+from chrmc.store.colour import ColourVideo, open_video
+from chrmc.store.video import Video
 from display.screen import Screen
 from display.timing import Summary
 
 
 def play(
-    video: Video | str | PathLike[str],
+    video: Video | ColourVideo | str | PathLike[str],
     monitor: str | int | None = None,
     *,
     headless: bool = False,
@@ -27,7 +28,7 @@ def play(
 
     Without a screen frames follow each other as fast as they come, unless a rate is given.
     """
-    stored = video if isinstance(video, Video) else open_video(fspath(video))
+    stored = video if isinstance(video, Video | ColourVideo) else open_video(fspath(video))
     if headless and fps is None:
         playing.setdefault("paced", playing.get("every") is not None)
     with Screen(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chrmc.files import sha256
 from chrmc.pictures import read_grey
 from chrmc.slm import LC_R_1080, SLM
-from chrmc.store.video import open_video
+from chrmc.store.colour import ColourVideo, open_video
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +31,13 @@ class Picture:
 
 @dataclass(frozen=True)
 class Entry:
-    """A frame to be read: its number, file, and the hash that a manifest promises, if any."""
+    """A frame to be read: its number, file, the hash that a manifest promises, if any, and what
+    the log calls it, the file's name by default."""
 
     number: int
     path: Path
     sha256: str | None = None
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -46,12 +48,14 @@ class Playlist:
     entries : what to read
     name : of the video or picture, for messages
     load : reads the grey levels of a file
+    lasers : names of those whose entries make one frame of a video in colours, in turn
     """
 
     slm: SLM
     entries: Sequence[Entry]
     name: str
     load: Callable[[Path], NDArray[np.uint8]] = read_grey
+    lasers: Sequence[str] = ()
 
     def __len__(self) -> int:
         return len(self.entries)
@@ -76,7 +80,7 @@ class Playlist:
             check_size(levels, self.slm, str(entry.path))
         except (OSError, ValueError) as error:
             raise type(error)(f"frame {entry.number}: {error}") from error
-        return Picture(entry.number, entry.path.name, digest, levels)
+        return Picture(entry.number, entry.name or entry.path.name, digest, levels)
 
 
 def check_size(levels: NDArray[np.uint8], slm: SLM, what: str) -> None:
@@ -89,12 +93,16 @@ def check_size(levels: NDArray[np.uint8], slm: SLM, what: str) -> None:
 
 
 def open_playlist(
-    target: str | Path, slm: SLM | None = None, frames: tuple[int, int] | None = None
+    target: str | Path,
+    slm: SLM | None = None,
+    frames: tuple[int, int] | None = None,
+    order: Sequence[float] | None = None,
 ) -> Playlist:
     """The playlist of a generated video's folder, or of a single picture.
 
     slm : for a picture, default LC_R_1080; a video's manifest says its own
     frames : (first, last) frame numbers of a video, inclusive; default all
+    order : of the lasers of a video in colours, wavelengths in metres; default its own
     """
     path = Path(target)
     if not path.exists():
@@ -111,6 +119,12 @@ def open_playlist(
             f"{path} was made for {video.slm.width} × {video.slm.height} pixels, not for the "
             f"{slm.width} × {slm.height} of {slm.name}: generate it for that SLM"
         )
+    if isinstance(video, ColourVideo):
+        from display.colours import colour_playlist
+
+        return colour_playlist(video, order, frames)
+    if order is not None:
+        raise ValueError(f"{path} is a video in one colour: an order of lasers means nothing there")
     first, last = frames or (0, max(video.numbers, default=0))
     entries = [
         Entry(int(f["number"]), video.path(int(f["number"])), str(f["sha256"]))

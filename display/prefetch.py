@@ -24,6 +24,7 @@ class Ring:
     loop : start again after the last one
     ahead : most frames held
     numbers : of the frames, in the list's order; 1, 2, … unless set
+    lasers : names of those that the list shows one after the other, in turn
 
     Use as a context manager; the thread ends with the block.
     """
@@ -35,6 +36,7 @@ class Ring:
             raise ValueError(f"a ring needs room for at least one frame, not {ahead}")
         self._read, self._count, self._ahead = read, count, ahead
         self.loop = loop
+        self.lasers: list[str] = []
         self.numbers = list(range(1, count + 1))
         self._held: list[tuple[int, Picture | Fault]] = []
         self._next = 0

@@ -9,20 +9,43 @@ from display.playlist import Picture, Playlist
 from display.prefetch import Fault, Ring
 
 
-def ring_of(playlist: Playlist, loop: bool, ahead: int, planes: int = 0) -> Ring:
-    """A ring over a stored video, `planes` binary frames to a picture."""
+def ring_of(
+    playlist: Playlist,
+    loop: bool,
+    ahead: int,
+    planes: int = 0,
+    colours: str = "sequence",
+    trigger: Any = None,
+) -> Ring:
+    """A ring over a stored video, `planes` binary frames to a picture.
+
+    colours : of a video in colours, "sequence" or "channels"; trigger : squares in sequence
+    """
     numbers = [entry.number for entry in playlist.entries]
     read: Callable[[int], Picture] = playlist.read
-    count = len(playlist)
+    count, lasers = len(playlist), list(playlist.lasers)
+    if lasers:
+        from display.colours import WAYS, in_channels, with_squares
+
+        if colours not in WAYS:
+            raise ValueError(f"colours are shown in {' or '.join(WAYS)}, not {colours!r}")
+        if colours == "channels":
+            read, numbers = in_channels(read, len(lasers)), numbers[:: len(lasers)]
+            count, lasers = len(numbers), []
+        elif trigger is not None:
+            read = with_squares(read, len(lasers), trigger)
     if planes:
         from display.planes import PLANES, packed_reader
 
+        if lasers:
+            raise ValueError("bit planes and lasers in sequence exclude each other")
         if not 1 <= planes <= PLANES:
             raise ValueError(f"a colour frame holds 1 to {PLANES} bit planes, not {planes}")
         read, numbers = packed_reader(read, count, planes), numbers[::planes]
         count = len(numbers)
     ring = Ring(read, count, loop, ahead)
     ring.numbers = numbers
+    ring.lasers = lasers
     return ring
 
 

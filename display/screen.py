@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from chrmc.grey_levels import encode, scale_for
 from chrmc.response import GreyResponse
 from chrmc.slm import LC_R_1080, SLM
+from display.colours import sequence_rate
 from display.log import Flip, FlipLog
 from display.playlist import Picture, check_size, open_playlist
 from display.prefetch import Ring
@@ -72,7 +73,7 @@ class Screen:
         from display.flipper import Flipper
 
         self.encoding, self.response, self.scale, self.tell = encoding, response, scale, tell
-        self.headless = headless
+        self.headless, self._trigger = headless, trigger
         self._turn, self._depth = threading.RLock(), 0
         self._poll: Callable[[], None] = lambda: None
         name = None if monitor is None else str(monitor)
@@ -178,6 +179,8 @@ class Screen:
         ahead: int = 8,
         paced: bool = True,
         planes: int = 0,
+        colours: str = "sequence",
+        order: Sequence[float] | None = None,
     ) -> Iterator[Flip]:
         """Play frames; yields every flip once it is done.
 
@@ -190,6 +193,9 @@ class Screen:
 
         planes : so many binary frames go into one colour frame (`display.planes`), which is what
         fps and durations then count; 0 shows each by itself
+        colours, order : of a video in colours, see `display.colours`: "sequence" shows its lasers
+        one after the other, "channels" each in a colour channel; wavelengths in metres. fps counts
+        whole frames, and a trigger is a square per laser
 
         Keys steer as in `chrmc play`. What the caller does between two flips delays the second.
         """
@@ -198,11 +204,12 @@ class Screen:
         self._check_open()
         if start_on == "key" and self.headless:
             raise ValueError("a headless screen has no keys to start on: give a time")
+        reel, numbers = self._reel(frames, loop, ahead, planes, colours, order)
+        fps = sequence_rate(fps, len(getattr(reel, "lasers", ())), self.refresh or self.slm.refresh)
         options = Options(
             fps, every, self.slm.refresh, paced, loop, hold, seconds,
             on_bad_frame=on_bad_frame, durations=durations, start_on=start_on, countdown=countdown,
         )  # fmt: skip
-        reel, numbers = self._reel(frames, loop, ahead, planes)
         self._player = player = Player(
             self.surface, reel, numbers, self.slm.shape, options, self._log, self.tell,
             self._flipper,
@@ -284,13 +291,21 @@ class Screen:
             digest = hashlib.sha256(np.ascontiguousarray(levels).data).hexdigest()
         return Picture(number, name or f"frame {number}", digest, levels)
 
-    def _reel(self, frames: Any, loop: bool, ahead: int, planes: int) -> tuple[Any, list[int]]:
+    def _reel(
+        self,
+        frames: Any,
+        loop: bool,
+        ahead: int,
+        planes: int,
+        colours: str,
+        order: Sequence[float] | None,
+    ) -> tuple[Any, list[int]]:
         if hasattr(frames, "seek"):
             return frames, list(getattr(frames, "numbers", [1]))
         folder = getattr(frames, "folder", frames)
         if isinstance(folder, str | Path):
-            playlist = open_playlist(folder, self.slm)
-            ring = ring_of(playlist, loop, ahead, planes)
+            playlist = open_playlist(folder, self.slm, order=order)
+            ring = ring_of(playlist, loop, ahead, planes, colours, self._trigger)
             return ring, ring.numbers
         if isinstance(frames, np.ndarray) and frames.ndim not in (3, 4):
             raise ValueError(f"an array of frames has (frames, rows, columns), not {frames.shape}")

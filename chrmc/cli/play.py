@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from chrmc.cli.arguments import FrameRange, SLMType, stacked
+from chrmc.cli.lengths import WAVELENGTH, Lengths
 from chrmc.cli.signals import ended_by_signal
 from chrmc.slm import SLM
 
@@ -100,6 +101,20 @@ surface_options = stacked(
     default=None,
     help="So many binary frames in one colour frame, for micromirror controllers.",
 )
+@click.option(
+    "--colours",
+    type=click.Choice(["sequence", "channels"]),
+    default="sequence",
+    show_default=True,
+    help="Of a video in colours: its lasers one after the other, --fps counting whole frames, or "
+    "each in a colour channel.",
+)
+@click.option(
+    "--order",
+    type=Lengths(WAVELENGTH),
+    default=None,
+    help="Of its lasers, such as 532nm,638nm,450nm; in channels: red, green, blue. [its own]",
+)
 def command(
     target: Path,
     loop: bool,
@@ -108,6 +123,8 @@ def command(
     on_bad_frame: str,
     ahead: int,
     bit_planes: int | None,
+    colours: str,
+    order: Any,
     **shown: Any,
 ) -> int:
     """Show a generated video (its folder) or a single picture, pixel for pixel.
@@ -122,15 +139,25 @@ def command(
     from display.playlist import open_playlist
     from display.reels import ring_of
 
-    playlist = open_playlist(target, slm, frames)
+    order = (order,) if isinstance(order, float) else order
+    playlist = open_playlist(target, slm, frames, order)
     if ahead < 1:
         raise ValueError(f"--ahead must be at least 1 frame, not {ahead}")
     hold = not target.is_dir() and not shown["headless"]
-    with ring_of(playlist, loop, ahead, bit_planes or 0) as ring:
+    trigger = trigger_of(shown)
+    with ring_of(playlist, loop, ahead, bit_planes or 0, colours, trigger) as ring:
         return show(
             ring, playlist.slm, playlist.name,
             loop=loop, hold=hold, on_bad_frame=on_bad_frame, **shown,
         )  # fmt: skip
+
+
+def trigger_of(options: dict[str, Any]) -> Any:
+    """The trigger square that the options mean, or None."""
+    from display.gl import Trigger
+
+    corner = options["trigger"]
+    return None if corner is None else Trigger(corner, options["trigger_size"])
 
 
 def show(
@@ -142,12 +169,9 @@ def show(
     headless: bool,
     windowed: bool,
     log: Path | None,
-    trigger: str | None,
-    trigger_size: int,
     **options: Any,
 ) -> int:
     """Open the surface that the options mean, play a reel on it, and report; the exit status."""
-    from display.gl import Trigger
     from display.log import plot_intervals
     from display.screen import Screen
 
@@ -167,8 +191,8 @@ def show(
                 headless=headless,
                 windowed=windowed,
                 channel=options["channel"],
-                trigger=None if trigger is None else Trigger(trigger, trigger_size),
-                on_flip=_marks(options["udp"], options["serial"], stack),
+                trigger=trigger_of(options),
+                on_flip=_marks(options["udp"], options["serial"], stack, _lasers(reel)),
                 log=log,
                 verify="screen" if options["verify_screen"] else "frames" * options["verify"],
                 tell=_tell,
@@ -200,15 +224,23 @@ def show(
     return 1 if summary.faults or summary.mismatches or summary.misplaced else 0
 
 
-def _marks(udp: str | None, serial: str | None, stack: contextlib.ExitStack) -> Any:
-    """What every flip calls, or None."""
+def _lasers(reel: Any) -> list[str]:
+    """Names of the lasers that a reel shows one after the other."""
+    return list(getattr(reel, "lasers", []))
+
+
+def _marks(
+    udp: str | None, serial: str | None, stack: contextlib.ExitStack, lasers: list[str]
+) -> Any:
+    """What every flip calls, or None; lasers in sequence are told apart by bytes 1, 2, 3."""
+    from display.colours import laser_bytes
     from display.marks import SerialMark, UDPMark
 
     marks: list[Any] = []
     if udp is not None:
-        marks.append(UDPMark(udp))
+        marks.append(UDPMark(udp, laser_bytes(lasers) if lasers else None))
     if serial is not None:
-        marks.append(SerialMark(serial))
+        marks.append(SerialMark(serial, laser_bytes(lasers) if lasers else b"\x01"))
     for mark in marks:
         stack.callback(mark.close)
 
