@@ -173,6 +173,15 @@ def encode_signal(
         if signal.any():
             raise ValueError("scale is 0 but the signal is not: take video_scale of its scene")
         scale = 1.0
+    if response is not None and response.tilt is not None:
+        wanted = np.float32(0.5) + signal * np.float32(0.5 / scale)
+        if not np.isfinite(wanted).all():
+            raise ValueError("signal has NaN or infinite pixels")
+        found = response.grey(wanted)
+        if bits >= 8:
+            return found
+        allowed = allowed_levels(bits)
+        return allowed[np.rint(found / 255 * (len(allowed) - 1)).astype(int)]
     table = None if response is None or response.is_linear else response.table
     # What the nearest step of the amplitude becomes; none is needed where it is the grey itself.
     lookup = table

@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chrmc.response_table import read_table, to_both_ends
+from chrmc.response_map import STEPS, tile_levels, tile_tables, tiles
+from chrmc.response_table import read_table, read_tilt, to_both_ends
 
 LEVELS = 256
 _STEPS = 1 << 16  # of the backward table: finer than a grey step by 256, so nearest to 0.2 %
@@ -30,12 +31,15 @@ class GreyResponse:
 
     levels : (256,) complex, amplitude of grey 0 … 255; scaled here so that the largest modulus is 1
     name : what manifests and messages call it
+    tilt : (256, 2 or 5) how the intensity varies over the panel, see `chrmc.response_map`, in units
+        of the square of `levels`; None where it is the same everywhere
 
     Raises ValueError when the levels are not 256 finite numbers, all alike, or not monotone.
     """
 
     levels: NDArray[np.complex128] = field(repr=False)
     name: str = "linear"
+    tilt: NDArray[np.float64] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         levels = np.array(self.levels, dtype=np.complex128)
@@ -46,6 +50,14 @@ class GreyResponse:
         peak = np.abs(levels).max()
         if not peak > 0:
             raise ValueError(f"response {self.name}: every level is dark; check the table")
+        if self.tilt is not None:
+            tilt = np.array(self.tilt, dtype=np.float64) / peak**2
+            if tilt.ndim != 2 or tilt.shape[0] != LEVELS or tilt.shape[1] not in (2, 5):
+                raise ValueError(f"a response's map needs {LEVELS} rows of 2 or 5 terms")
+            if not np.isfinite(tilt).all():
+                raise ValueError(f"response {self.name}: NaN or infinite terms of the map")
+            tilt.setflags(write=False)
+            object.__setattr__(self, "tilt", tilt)
         levels /= peak
         levels.setflags(write=False)
         object.__setattr__(self, "levels", levels)
@@ -122,7 +134,13 @@ class GreyResponse:
         grey, values, moved = read_table(path)
         grey, values = to_both_ends(grey, values, LEVELS - 1)
         name = Path(path).name
-        return cls.from_table(grey, values, f"{name}, smoothed by {moved:.1%}" if moved else name)
+        found = cls.from_table(grey, values, f"{name}, smoothed by {moved:.1%}" if moved else name)
+        map_ = read_tilt(path)
+        if map_ is None:
+            return found
+        every, peak = np.arange(LEVELS), float(np.abs(values).max())
+        tilt = np.stack([np.interp(every, map_[0], term) for term in map_[1].T], axis=1)
+        return cls(found.levels, found.name, tilt / peak**2)
 
     @classmethod
     def parse(cls, text: str | None) -> "GreyResponse":
@@ -141,7 +159,8 @@ class GreyResponse:
         """For a manifest: the name, and the levels as [real, imaginary] unless linear."""
         if self.is_linear:
             return {"name": "linear"}
-        return {"name": self.name, "levels": [[v.real, v.imag] for v in self.levels.tolist()]}
+        told = {"name": self.name, "levels": [[v.real, v.imag] for v in self.levels.tolist()]}
+        return told if self.tilt is None else told | {"tilt": self.tilt.tolist()}
 
     @classmethod
     def from_dict(cls, values: dict[str, Any] | None) -> "GreyResponse":
@@ -149,12 +168,18 @@ class GreyResponse:
         if not values or "levels" not in values:
             return cls.linear()
         levels = np.array(values["levels"], dtype=np.float64)
-        return cls(levels[:, 0] + 1j * levels[:, 1], str(values.get("name", "table")))
+        tilt = values.get("tilt")
+        return cls(
+            levels[:, 0] + 1j * levels[:, 1],
+            str(values.get("name", "table")),
+            None if tilt is None else np.array(tilt, dtype=np.float64),
+        )
 
     @cached_property
     def is_linear(self) -> bool:
         """Whether amplitude is grey/255 exactly."""
-        return bool(np.array_equal(self.levels, np.arange(LEVELS) / (LEVELS - 1)))
+        straight = np.arange(LEVELS) / (LEVELS - 1)
+        return self.tilt is None and bool(np.array_equal(self.levels, straight))
 
     @cached_property
     def is_real(self) -> bool:
@@ -173,9 +198,23 @@ class GreyResponse:
         """Amplitude behind every pixel: float32, or complex64 where the panel shifts phase."""
         if frame.dtype != np.uint8:
             raise ValueError(f"grey levels must be uint8, not {frame.dtype}")
+        if self.tilt is not None:
+            found = np.empty(frame.shape, dtype=np.complex64)
+            for i, j, part in tiles((frame.shape[0], frame.shape[1])):
+                found[part] = self._tiles[i, j].astype(np.complex64)[frame[part]]
+            return found.real if self.is_real else found
         if self.is_real:
             return self.levels.real.astype(np.float32)[frame]
         return self.levels.astype(np.complex64)[frame]
+
+    @cached_property
+    def _tiles(self) -> NDArray[np.complex128]:
+        assert self.tilt is not None
+        return tile_levels(self.levels, self.tilt)
+
+    @cached_property
+    def _tile_tables(self) -> NDArray[np.uint8]:
+        return tile_tables(self._tiles)
 
     @cached_property
     def table(self) -> NDArray[np.uint8]:
@@ -194,5 +233,11 @@ class GreyResponse:
 
     def grey(self, wanted: NDArray[np.floating]) -> NDArray[np.uint8]:
         """Nearest grey level for wanted amplitudes, clipped to 0 (darkest) … 1 (brightest)."""
-        index = np.rint(np.clip(wanted, 0, 1) * np.float32(_STEPS)).astype(np.int32)
-        return self.table[index]
+        steps = _STEPS if self.tilt is None else STEPS
+        index = np.rint(np.clip(wanted, 0, 1) * np.float32(steps)).astype(np.int32)
+        if self.tilt is None:
+            return self.table[index]
+        found = np.empty(index.shape, dtype=np.uint8)
+        for i, j, part in tiles((index.shape[0], index.shape[1])):
+            found[part] = self._tile_tables[i, j][index[part]]
+        return found

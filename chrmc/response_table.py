@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.response_map import TERMS
+
 LARGEST = 1 << 20
 """Bytes that a table may have; 256 rows take some 10 kB."""
 SMOOTHED = 0.03
@@ -33,6 +35,47 @@ def read_table(path: str | Path) -> tuple[NDArray[np.float64], NDArray[np.comple
     Raises OSError for no file, ValueError in one line for a bad one.
     """
     source = Path(path)
+    columns, head = _columns(source)
+    grey = np.array(columns["grey"])
+    power = "intensity" in columns
+    values = np.array(columns["intensity" if power else "amplitude"])
+    moved = 0.0
+    if "phase" not in columns and len(values) > 2 and np.isfinite(values).all():
+        values, moved = monotone(values)
+    if power:
+        low = -SMOOTHED * float(np.max(values, initial=0.0))
+        if (values < low).any():
+            raise ValueError(f"{source}: negative intensity; subtract less dark current")
+        values = np.sqrt(np.maximum(values, 0))
+    amplitude = values + 0j
+    if "phase" in columns:
+        turn = np.array(columns["phase"])
+        degrees = "deg" in head["phase"].lower()
+        amplitude = amplitude * np.exp(1j * (np.radians(turn) if degrees else turn))
+    return grey, amplitude, moved
+
+
+def read_readings(path: str | Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Grey (n,) and intensity (n,) as they were read: any order, levels as often as they come."""
+    columns, _ = _columns(Path(path))
+    if "intensity" not in columns:
+        raise ValueError(f"{path}: readings need the columns grey,intensity")
+    return np.array(columns["grey"]), np.array(columns["intensity"])
+
+
+def read_tilt(path: str | Path) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Grey (n,) and the map's terms (n, 2 or 5), in the table's unit of intensity; None without."""
+    columns, _ = _columns(Path(path))
+    terms = [name for name in TERMS if name in columns]
+    if not terms:
+        return None
+    if "intensity" not in columns or len(terms) not in (2, 5):
+        raise ValueError(f"{path}: a map has the columns intensity and {', '.join(TERMS)}")
+    return np.array(columns["grey"]), np.array([columns[name] for name in terms]).T
+
+
+def _columns(source: Path) -> tuple[dict[str, list[float]], dict[str, str]]:
+    """The columns that are known, and their headings."""
     lines = [line for line in map(str.strip, _text(source).splitlines()) if line]
     lines = [line for line in lines if not line.startswith(("#", "%", "//"))]
     start = next(
@@ -55,23 +98,7 @@ def read_table(path: str | Path) -> tuple[NDArray[np.float64], NDArray[np.comple
                     columns[name].append(_number(cell))
         except ValueError:
             raise ValueError(f"{source}, row {count}: {line[:60]} is not a table row") from None
-    grey = np.array(columns["grey"])
-    power = "intensity" in columns
-    values = np.array(columns["intensity" if power else "amplitude"])
-    moved = 0.0
-    if "phase" not in columns and len(values) > 2 and np.isfinite(values).all():
-        values, moved = monotone(values)
-    if power:
-        low = -SMOOTHED * float(np.max(values, initial=0.0))
-        if (values < low).any():
-            raise ValueError(f"{source}: negative intensity; subtract less dark current")
-        values = np.sqrt(np.maximum(values, 0))
-    amplitude = values + 0j
-    if "phase" in columns:
-        turn = np.array(columns["phase"])
-        degrees = "deg" in head[names.index("phase")].lower()
-        amplitude = amplitude * np.exp(1j * (np.radians(turn) if degrees else turn))
-    return grey, amplitude, moved
+    return columns, {name: text for name, text in zip(names, head, strict=True) if name}
 
 
 def monotone(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
@@ -147,6 +174,8 @@ def _number(cell: str) -> float:
 def _name(cell: str) -> str:
     """The column that a heading means, "" for others."""
     text = re.sub(r"[(\[].*", "", cell.strip().lower()).replace("_", " ").strip()
+    if text in TERMS:
+        return text
     return next((name for name, form in _NAMES.items() if re.search(form, text)), "")
 
 

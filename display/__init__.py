@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from chrmc.grey_levels import encode, encode_signal, signal_of, video_scale
 
 if TYPE_CHECKING:
+    from display.calibrate import calibrate_response
     from display.gl import Trigger
     from display.log import Flip
     from display.marks import SerialMark, UDPMark
@@ -26,6 +27,7 @@ _LAZY = {
     "Monitor": "display.monitors",
     "list_monitors": "display.monitors",
     "play": "display.playing",
+    "calibrate_response": "display.calibrate",
 }
 
 __all__ = [
@@ -36,6 +38,7 @@ __all__ = [
     "SerialMark",
     "Trigger",
     "UDPMark",
+    "calibrate_response",
     "encode",
     "encode_signal",
     "list_monitors",

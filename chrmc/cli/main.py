@@ -28,6 +28,10 @@ COMMANDS = {
     "panels": ("chrmc.cli.panels", "List the panels that --slm takes by name."),
     "serve": ("chrmc.cli.serve", "Show what another program or machine sends."),
     "live": ("chrmc.cli.live", "Generate and play at once, without files."),
+    "calibrate-response": (
+        "chrmc.cli.calibrate_response",
+        "Measure what a panel's grey levels do to light.",
+    ),
     "pattern": ("chrmc.cli.pattern", "Test pictures for setting up a bench."),
     "bench-sheet": ("chrmc.cli.bench_sheet", "What to build: orders, masks, camera distances."),
 }

@@ -230,7 +230,7 @@ def grey_levels(frame: VideoFrame, recipe: Recipe, scale: float) -> NDArray[np.u
     signal = None if recipe.coding.needs_field else frame.signal
     if signal is not None:
         with frame.record.stage("encode"):
-            return encode_signal(signal, scale, recipe.response)
+            return encode_signal(signal, scale, recipe.response, bits=recipe.slm.bits)
     complex_field = frame.field
     with frame.record.stage("encode"):
         # The generator kept to the encoding's passband, so nothing is left to filter.
