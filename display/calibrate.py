@@ -58,7 +58,7 @@ def calibrate_response(
 def camera(
     index: int, region: tuple[int, int, int, int] | None = None, pictures: int = 4
 ) -> Iterator[Measure]:
-    """A camera that OpenCV knows, as a `Measure`; needs the package opencv-python.
+    """A camera that OpenCV knows, as a `Measure`; needs OpenCV (chrmc[camera]).
 
     index : of the camera; region : x, y, width, height of the panel in its pictures
     pictures : that are averaged; as many before them are thrown away, being older than the flip
@@ -70,6 +70,7 @@ def camera(
         import cv2
     except ImportError:
         raise OSError("a camera needs OpenCV: pip install 'chrmc[camera]'") from None
+    cv2.setLogLevel(0)  # what is wrong is said below
     device = cv2.VideoCapture(index)
     try:
         if not device.isOpened():
