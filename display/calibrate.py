@@ -2,7 +2,8 @@
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -67,10 +68,11 @@ def camera(
     proportional to light, and 255 not reached.
     """
     try:
-        import cv2
+        cv2: Any = import_module("cv2")
     except ImportError:
         raise OSError("a camera needs OpenCV: pip install 'chrmc[camera]'") from None
-    cv2.setLogLevel(0)  # what is wrong is said below
+    with suppress(AttributeError):  # what is wrong is said below
+        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     device = cv2.VideoCapture(index)
     try:
         if not device.isOpened():
