@@ -149,7 +149,6 @@ def _measured(
 def draw(fit: Any, path: Path) -> None:
     """Readings, curve and its uncertainty; below, what is left between them."""
     import numpy as np
-
     from reconstruct.figure import new_figure, save
 
     top = float(fit.intensity.max())
