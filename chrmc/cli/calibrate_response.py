@@ -72,7 +72,7 @@ def command(
     intensity in any unit, or a picture of the panel), a camera, or a table of readings. The panel
     must modulate amplitude as in use: polarisers in place, the beam on the whole panel.
     """
-    from reconstruct.figure import check_figure
+    from chrmc.figures import check_figure
 
     if sum(given is not None for given in (measure, camera, table)) != 1:
         raise click.UsageError("say where the light comes from: --measure, --camera or --csv")
@@ -149,7 +149,8 @@ def _measured(
 def draw(fit: Any, path: Path) -> None:
     """Readings, curve and its uncertainty; below, what is left between them."""
     import numpy as np
-    from reconstruct.figure import new_figure, save
+
+    from chrmc.figures import new_figure, save
 
     top = float(fit.intensity.max())
     figure, axes = new_figure((6.4, 5.6), 2, 1, height_ratios=[3, 1], squeeze=False)
