@@ -190,12 +190,10 @@ class Screen:
             `display.player.Options`
         ahead : frames of a stored video read ahead. Those of an iterable are asked for one by one,
             each when its time has come, so they may depend on what was measured before
-
         planes : so many binary frames go into one colour frame (`display.planes`), which is what
         fps and durations then count; 0 shows each by itself
-        colours, order : of a video in colours, see `display.colours`: "sequence" shows its lasers
-        one after the other, "channels" each in a colour channel; wavelengths in metres. fps counts
-        whole frames, and a trigger is a square per laser
+        colours, order : of a video in colours (`display.colours`): its lasers in "sequence", or in
+        the colour "channels"; wavelengths in metres. fps counts whole frames
 
         Keys steer as in `chrmc play`. What the caller does between two flips delays the second.
         """
@@ -304,8 +302,8 @@ class Screen:
             return frames, list(getattr(frames, "numbers", [1]))
         folder = getattr(frames, "folder", frames)
         if isinstance(folder, str | Path):
-            playlist = open_playlist(folder, self.slm, order=order)
-            ring = ring_of(playlist, loop, ahead, planes, colours, self._trigger)
+            listed = open_playlist(folder, self.slm, order=order)
+            ring = ring_of(listed, loop, ahead, planes, colours, self._trigger)
             return ring, ring.numbers
         if isinstance(frames, np.ndarray) and frames.ndim not in (3, 4):
             raise ValueError(f"an array of frames has (frames, rows, columns), not {frames.shape}")
