@@ -30,8 +30,11 @@ def movies_there() -> bool:
     return find_spec("imageio_ffmpeg") is not None
 
 
-def write_animation(path: str | Path, frames: Frames, rate: float) -> None:
-    """Write uint8 frames of one shape, (h, w) or (h, w, 3), at `rate` a second, by the suffix."""
+def write_animation(path: str | Path, frames: Frames, rate: float, comment: str = "") -> None:
+    """Write uint8 frames of one shape, (h, w) or (h, w, 3), at `rate` a second, by the suffix.
+
+    comment : kept in the file: a GIF's or a movie's comment, a PNG's text "Comment"
+    """
     path = check_animation(Path(path))
     if not frames:
         raise ValueError(f"{path}: no frames to animate")
@@ -39,13 +42,13 @@ def write_animation(path: str | Path, frames: Frames, rate: float) -> None:
         raise ValueError(f"rate must be positive, not {rate}")
     with replacing(path) as partial:
         if path.suffix.lower() in MOVIES:
-            _movie(partial, frames, rate)
+            _movie(partial, frames, rate, comment)
         else:
-            _pictures(partial, frames, rate, path.suffix.lower())
+            _pictures(partial, frames, rate, path.suffix.lower(), comment)
 
 
-def _pictures(path: Path, frames: Frames, rate: float, suffix: str) -> None:
-    from PIL import Image
+def _pictures(path: Path, frames: Frames, rate: float, suffix: str, comment: str) -> None:
+    from PIL import Image, PngImagePlugin
 
     pictures = [Image.fromarray(f) for f in frames]
     duration = round(1000 / rate)
@@ -53,20 +56,26 @@ def _pictures(path: Path, frames: Frames, rate: float, suffix: str) -> None:
     if suffix == ".gif":
         # GIF counts time in hundredths of a second.
         options |= {"duration": max(20, round(duration, -1)), "loop": 0}
+        if comment:
+            options["comment"] = comment.encode()
         pictures[0].save(path, format="GIF", **options)
     else:
+        if comment:
+            options["pnginfo"] = PngImagePlugin.PngInfo()
+            options["pnginfo"].add_itxt("Comment", comment)
         pictures[0].save(path, format="PNG", duration=duration, loop=0, **options)
 
 
-def _movie(path: Path, frames: Frames, rate: float) -> None:
+def _movie(path: Path, frames: Frames, rate: float, comment: str) -> None:
     from importlib import import_module
 
     ffmpeg: Any = import_module("imageio_ffmpeg")
     height, width = (n // 2 * 2 for n in frames[0].shape[:2])  # codecs want even sides
     samples = "gray" if frames[0].ndim == 2 else "rgb24"
     writer = ffmpeg.write_frames(
-        str(path), (width, height), pix_fmt_in=samples, fps=rate, quality=8, macro_block_size=2
-    )
+        str(path), (width, height), pix_fmt_in=samples, fps=rate, quality=8, macro_block_size=2,
+        output_params=["-metadata", f"comment={comment}"] if comment else [],
+    )  # fmt: skip
     writer.send(None)
     try:
         for frame in frames:

@@ -21,7 +21,7 @@ class Comparison:
     """B against A, as intensities.
 
     factor : what B's intensity is multiplied by, to be nearest to A's in least squares
-    psnr : dB, the peak being A's largest intensity; ssim : None of coarse pictures
+    psnr : dB, the peak being A's largest intensity; ssim : None while it is not measured yet
     region : what all three are of; None is the whole picture
     """
 
@@ -32,6 +32,11 @@ class Comparison:
     psnr: float
     ssim: float | None
     region: Region | None = None
+
+    @property
+    def coarse(self) -> bool:
+        """Whether it is of first pictures, at the screen's resolution."""
+        return self.a.coarse or self.b.coarse
 
     @cached_property
     def difference(self) -> NDArray[np.float32]:

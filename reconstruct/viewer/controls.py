@@ -126,7 +126,9 @@ def compared(session: Session) -> None:
         imgui.text_disabled("PSNR, SSIM: not yet")
         return
     imgui.text_disabled("of the region" if held.region else "of all; R marks a region")
-    ssim = f"{held.ssim:.4f}" if held.ssim is not None else "when it rests"
+    ssim = "measured" if model.alike is None else f"about {model.alike.ssim:.3f}"
+    if held.ssim is not None and not held.coarse:
+        ssim = f"{held.ssim:.4f}"
     rows("compared", [("PSNR", f"{held.psnr:.2f} dB"), ("SSIM", ssim),
                       ("B is shown times", f"{held.factor:.3g}")])  # fmt: skip
 

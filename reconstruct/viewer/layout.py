@@ -26,6 +26,8 @@ _LOG = Look(mode="log")
 def measures(held: Comparison) -> str:
     """How like B is to A, in words."""
     alike = "" if held.ssim is None else f", SSIM {held.ssim:.4f}"
+    if held.coarse and held.ssim is not None:
+        alike = f", SSIM about {held.ssim:.3f}"
     return f"PSNR {held.psnr:.2f} dB{alike}"
 
 
@@ -211,6 +213,8 @@ class Layout:
             note = f"frame {first.number} at {first.depth * 1e3:.2f} mm"
             if first.coarse:
                 note += "   first picture"
+                if pane.view.scale * model.video.slm.width > 2 * first.field.shape[1]:
+                    note += ", blurred until the sharp one comes"
                 note += f", {first.lost:.0%} of the light cut" if first.lost >= 0.005 else ""
             if which[-1] == 1 and model.comparison is not None:
                 note += "   " + measures(model.comparison)

@@ -40,6 +40,7 @@ class ViewerModel(ViewerState):
     wake : called from worker threads when `update` has something to take
 
     found : the last focus that was asked for in this frame; curves : of this frame's objects
+    comparison : the newest; alike : the newest that has an SSIM, which takes longer
     progress : of an autofocus or an errand, while there is one
     """
 
@@ -54,6 +55,7 @@ class ViewerModel(ViewerState):
         self.sharp: Sharp | None = None
         self.figures: Figures | None = None
         self.comparison: Comparison | None = None
+        self.alike: Comparison | None = None
         self._messages: deque[str] = deque()
         self._errands: deque[Steps] = deque()
         self._pipelines = [Pipeline(v, self.depth_range[1]) for v in self.videos]
@@ -160,12 +162,21 @@ class ViewerModel(ViewerState):
             if self.quick is None or result.request.number != self.quick.request.number:
                 self._flips.append(time.monotonic())
             self.quick = result
+            if self.comparing and self._sharpened is None and not self._focusing:
+                seen = result  # beside the pictures to come, which do not wait for it
+                self._workers["slow"].ask(
+                    lambda: iter([self._compare(seen.request, seen.pictures, True)])
+                )
         elif isinstance(result, Sharp):
             self.sharp = result
         elif isinstance(result, Figures):
             self.figures = result
         elif isinstance(result, Comparison):
-            self.comparison = result
+            current = result.request.subject == self.request.subject
+            if result.ssim is not None:
+                self.alike = result
+            if current or result.ssim is None:
+                self.comparison = result
         elif isinstance(result, Progress):
             if worker == "errands" or self._focusing:
                 self.progress = result

@@ -1,5 +1,6 @@
 """Files of what is seen: picture, intensities, figure, movies. Jobs for a worker, in steps."""
 
+import json
 from collections.abc import Iterator
 from dataclasses import asdict, replace
 from importlib.metadata import PackageNotFoundError, version
@@ -108,9 +109,9 @@ def save_figure(
 
 def save_frames(
     path: Path, video: Video, numbers: list[int], depths: list[float], chosen: Filter, look: Look,
-    rate: float,
+    rate: float, note: dict[str, Any],
 ) -> Iterator[Progress | Said | None]:  # fmt: skip
-    """A movie of frames, each at its depth."""
+    """A movie of frames, each at its depth; `note` and the depths are kept in the file."""
     check_animation(path)
     pipeline = Pipeline(video, max(depths))
     shown: list[NDArray[np.uint8]] = []
@@ -122,14 +123,16 @@ def save_frames(
         # One white for all, from the first frame: a white per frame would flicker.
         white = white or exposure(np.abs(field) ** 2)
         shown.append(_small(field, white, look))
-    write_animation(path, shown, rate)
+    note = note | {"frame": list(numbers), "depth": list(depths)}
+    write_animation(path, shown, rate, json.dumps(note, default=float))
     yield Said(f"saved {path}: {len(shown)} frames at {rate:g} a second")
 
 
 def save_stack(
-    path: Path, video: Video, decoded: Decoded, depths: tuple[float, float], look: Look, rate: float
-) -> Iterator[Progress | Said | None]:
-    """A movie through the depths of a frame."""
+    path: Path, decoded: Decoded, depths: tuple[float, float], look: Look, rate: float,
+    note: dict[str, Any],
+) -> Iterator[Progress | Said | None]:  # fmt: skip
+    """A movie through the depths of a frame; `note` and the depths are kept in the file."""
     check_animation(path)
     z = np.linspace(*depths, STACK_COUNT)
     fields = []
@@ -137,7 +140,10 @@ def save_stack(
         yield Progress(f"movie {path.name}", i / len(z))
         fields.append(_halved(decoded.system.at(decoded.field, float(depth))))
     white = float(np.median([exposure(np.abs(f) ** 2) for f in fields]))
-    write_animation(path, [_small(f, white, look) for f in fields], rate)
+    note = note | {"depth": z.tolist()}
+    write_animation(
+        path, [_small(f, white, look) for f in fields], rate, json.dumps(note, default=float)
+    )
     low, high = (d * 1e3 for d in depths)
     yield Said(f"saved {path}: {low:.2f} to {high:.2f} mm")
 

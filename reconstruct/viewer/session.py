@@ -155,7 +155,12 @@ class Session:
         job: Any
         if kind == "picture" and model.comparing and model.mode == "difference":
             held = model.comparison
-            if held is None or held.ssim is None or held.request.subject != request.subject:
+            if (
+                held is None
+                or held.coarse
+                or held.ssim is None
+                or held.request.subject != request.subject
+            ):
                 self.say("the difference is not sharp yet")
                 return
             names = [title_of(v) for v in model.videos]
@@ -175,12 +180,14 @@ class Session:
                 depths = [depth_of(n) for n in numbers]
             path = self.folder / f"{title_of(video)}{ending}"
             job = lambda: saving.save_frames(  # noqa: E731
-                path, video, numbers, depths, request.filter, look, model.rate
-            )
+                path, video, numbers, depths, request.filter, look, model.rate,
+                saving.settings_of(video, request, look),
+            )  # fmt: skip
         else:
             path = self.folder / f"{title_of(video)}_frame_{model.number:04d}{ending}"
             depths_ = model.depth_range
-            job = lambda: saving.save_stack(path, video, decoded, depths_, look, model.rate)  # noqa: E731
+            note = saving.settings_of(video, request, look)
+            job = lambda: saving.save_stack(path, decoded, depths_, look, model.rate, note)  # noqa: E731
         model.run_errand(job)
         self.say(f"saving {path}")
 

@@ -112,8 +112,18 @@ def test_animations_that_cannot_be(tmp_path):
             write_animation(tmp_path / "a.mp4", frames, 10)
 
 
+@pytest.mark.parametrize("suffix", [".gif", ".png"])
+def test_animations_keep_their_comment(tmp_path, suffix):
+    frames = [np.full((8, 10), 60 * i, dtype=np.uint8) for i in range(4)]
+    write_animation(tmp_path / f"a{suffix}", frames, 10, '{"depth": 0.25}')
+    with Image.open(tmp_path / f"a{suffix}") as picture:
+        kept = picture.info.get("comment", b"") or picture.text["Comment"].encode()
+    assert kept == b'{"depth": 0.25}'
+
+
 @pytest.mark.skipif(not movies_there(), reason="chrmc[movie] is optional")
 def test_movies_are_written(tmp_path):
     frames = [np.full((64, 64), 20 * i, dtype=np.uint8) for i in range(8)]
-    write_animation(tmp_path / "a.mp4", frames, 10)
+    write_animation(tmp_path / "a.mp4", frames, 10, '{"depth": 0.25}')
     assert (tmp_path / "a.mp4").stat().st_size > 500
+    assert b'{"depth": 0.25}' in (tmp_path / "a.mp4").read_bytes()

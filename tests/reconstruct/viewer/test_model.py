@@ -291,6 +291,23 @@ def test_equal_videos_have_no_difference(pair):
     assert pair.picture(0).depth == pair.picture(1).depth
 
 
+def test_ssim_comes_while_hands_move(pair):
+    pair.settle()
+    for _ in range(200):  # hands that never rest
+        pair.depth += 1e-6
+        pair._changed_at = time.monotonic()
+        pair.update()
+        until(pair, lambda: pair.quick.request.subject == pair.request.subject)
+        if pair.alike is not None and pair.alike.coarse:
+            break
+        time.sleep(0.002)
+    assert (
+        pair.alike.coarse and pair.alike.ssim == pytest.approx(1) and pair.comparison.psnr == np.inf
+    )
+    pair.settle()
+    assert not pair.comparison.coarse and pair.comparison is pair.alike
+
+
 def test_a_difference_is_measured_apart_from_brightness(model):
     model.settle()
     a = model.picture()

@@ -113,6 +113,8 @@ def test_all_kinds_of_files_are_saved_one_after_the_other(session, tmp_path, mon
 
     with Image.open(next(tmp_path.glob("*_frames.gif"))) as movie:
         assert movie.n_frames == 3
+        kept = json.loads(movie.info["comment"])
+        assert kept["frame"] == [1, 2, 3] and len(kept["depth"]) == 3 and kept["mode"] == "phase"
     for movie_ in tmp_path.glob("*.mp4"):
         assert movie_.stat().st_size > 1000
     assert not list(tmp_path.glob(".*partial*"))

@@ -279,6 +279,62 @@ def test_a_path_is_typed_to_open_another_video(start, video, tmp_path):
     leave(viewer)
 
 
+# A file manager's side of a drop (freedesktop.org, XDND 5): enter, position, drop, and the list of
+# files when the window asks for it.
+DROP = """
+import sys
+from pathlib import Path
+from Xlib import X, display
+from Xlib.protocol import event
+d = display.Display()
+root, atom = d.screen().root, d.intern_atom
+wanted, folder = sys.argv[1], Path(sys.argv[2]).as_uri() + "\\r\\n"
+
+def below(window):
+    if wanted in (window.get_wm_name() or "") and window.get_wm_class():
+        return window
+    return next((w for child in window.query_tree().children if (w := below(child))), None)
+
+target = below(root)
+ours = root.create_window(0, 0, 1, 1, 0, X.CopyFromParent)
+uris = atom("text/uri-list")
+ours.set_selection_owner(atom("XdndSelection"), X.CurrentTime)
+
+def tell(name, *values):
+    data = (32, [ours.id, *values, *[0] * (4 - len(values))])
+    target.send_event(event.ClientMessage(window=target, client_type=atom(name), data=data))
+    d.flush()
+
+tell("XdndEnter", 5 << 24, uris)
+tell("XdndPosition", 0, 400 << 16 | 300, X.CurrentTime, atom("XdndActionCopy"))
+while True:
+    got = d.next_event()
+    if got.type == X.SelectionRequest:
+        got.requestor.change_property(got.property, uris, 8, folder.encode())
+        got.requestor.send_event(event.SelectionNotify(
+            time=got.time, requestor=got.requestor, selection=got.selection,
+            target=got.target, property=got.property))
+        d.flush()
+    elif got.type == X.ClientMessage and got.client_type == atom("XdndStatus"):
+        assert got.data[1][1] & 1, "not taken"
+        tell("XdndDrop", 0, X.CurrentTime)
+    elif got.type == X.ClientMessage and got.client_type == atom("XdndFinished"):
+        break
+"""
+
+
+def test_a_folder_that_is_dropped_opens(start, video, tmp_path):
+    other = shutil.copytree(video, tmp_path / "other folder")
+    viewer = start(video)
+    done = subprocess.run(
+        [sys.executable, "-c", DROP, "chrmc", str(other)],
+        env=viewer.environment, capture_output=True, text=True, timeout=240,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    viewer.until(lambda s: s["source"] == str(other) and s["resting"])
+    leave(viewer)
+
+
 def test_marks_are_drawn_with_the_hand(start, video):
     viewer = start(video)
     viewer.key("l")
