@@ -7,6 +7,8 @@ A panel's file says what its data sheet says:
     height = 1080
     pixel_pitch = 8e-6      # metres
     bits = 8                # optional, as are refresh (Hz) and fill_factor (0 to 1)
+    kind = "amplitude"      # optional: "amplitude", "binary" or "phase"
+    response = "grey.csv"   # optional: its measured grey response, beside this file
     source = "data sheet of 2024"
 """
 
@@ -22,14 +24,24 @@ from chrmc.slm import LC_R_1080, SLM
 
 @dataclass(frozen=True)
 class Panel:
-    """A panel and where its figures come from; kind is "amplitude", "binary" or "phase"."""
+    """A panel and where its figures come from; kind is "amplitude", "binary" or "phase".
+
+    response : table of its measured grey response, or None
+    """
 
     slm: SLM
     kind: str
     source: str
+    response: Path | None = None
 
 
 KINDS = ("amplitude", "binary", "phase")
+ENCODINGS = {
+    "amplitude": ("ssb", "real", "bipolar", "burch", "offaxis", "error-diffusion", "lee"),
+    "binary": ("error-diffusion", "lee"),
+    "phase": ("double-phase", "kinoform"),
+}
+"""What a kind of panel can show, the usual one first."""
 PANELS = {
     "lc-r-1080": Panel(LC_R_1080, "amplitude", "the CH-RMC paper's section on its experiment"),
     "pluto": Panel(
@@ -60,7 +72,24 @@ PANELS = {
 }
 """Figures of makers change with versions: compare them with your own panel's data sheet."""
 
-_KEYS = (*(f.name for f in fields(SLM)), "kind", "source")
+_KEYS = (*(f.name for f in fields(SLM)), "kind", "source", "response")
+
+
+def encoding_for(panel: Panel | None, asked: str | None = None) -> str:
+    """The encoding to take on a panel: the one asked for, else the usual one of its kind.
+
+    ValueError for one that the panel cannot show; None as the panel is taken for one of amplitude
+    that shows anything.
+    """
+    if panel is None:
+        return asked or ENCODINGS["amplitude"][0]
+    able = ENCODINGS[panel.kind]
+    if asked is not None and asked not in able:
+        raise ValueError(
+            f"{panel.slm.name} is a panel of kind {panel.kind}, which shows {', '.join(able)}, not "
+            f"{asked}"
+        )
+    return asked or able[0]
 
 
 def user_folder() -> Path:
@@ -118,10 +147,15 @@ def read_panel(path: Path) -> Panel:
     if kind not in KINDS:
         raise ValueError(f"{path}: kind is {', '.join(KINDS)}, not {kind!r}")
     source = str(values.pop("source", path))
+    response = values.pop("response", None)
+    if response is not None:
+        if not isinstance(response, str) or not (path.parent / response).is_file():
+            raise ValueError(f"{path}: response names no file: {response!r}")
+        response = path.parent / response
     name = values.pop("name", path.stem)
     if not isinstance(name, str) or not name.strip():
         raise ValueError(f"{path}: name must be text")
     try:
-        return Panel(SLM(name, **values), kind, source)
+        return Panel(SLM(name, **values), kind, source, response)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from None

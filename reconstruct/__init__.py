@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import Any
 
 from reconstruct.bench import Bench, Filter, Illumination
-from reconstruct.colour import colour_picture
+from reconstruct.colour import colour_image, colour_levels, colour_picture
 from reconstruct.four_f_system import FourF, decode_field, four_f, four_f_field
 
 _ON_DEMAND = {
@@ -33,6 +33,8 @@ __all__ = [
     "ObjectVerdict",
     "all_in_focus",
     "check",
+    "colour_image",
+    "colour_levels",
     "colour_picture",
     "decode_field",
     "find_focus",

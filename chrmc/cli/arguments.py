@@ -16,7 +16,7 @@ from chrmc.cli.names import (
     settings_listing,
 )
 from chrmc.encoding import CODINGS
-from chrmc.panels import PANELS, panel_named
+from chrmc.panels import PANELS, encoding_for, panel_named
 from chrmc.slm import SLM
 
 
@@ -37,6 +37,20 @@ class FrameRange(click.ParamType):
         return first, int(match[2] or first)
 
 
+PANEL = "chrmc.panel"
+"""Of the panel that --slm named, in click's context."""
+
+
+def by_panel(options: dict[str, Any]) -> dict[str, Any]:
+    """A recipe's options with the encoding and the response of the panel that --slm named, where
+    they were not given; ValueError for an encoding that it cannot show."""
+    panel = click.get_current_context().meta.get(PANEL)
+    chosen = {**options, "encoding": encoding_for(panel, options["encoding"])}
+    if panel is not None and options.get("gamma") is None and options.get("response") is None:
+        chosen["response"] = panel.response
+    return chosen
+
+
 class SLMType(click.ParamType):
     """A panel's name, its TOML file, or WIDTHxHEIGHT:PITCH, such as 1920x1080:8um."""
 
@@ -50,6 +64,8 @@ class SLMType(click.ParamType):
         except (OSError, ValueError) as error:
             self.fail(str(error), param, ctx)
         if panel is not None:
+            if ctx is not None:
+                ctx.meta[PANEL] = panel
             return panel.slm
         text = str(value).strip().lower()
         match = re.fullmatch(r"(\d{1,6})[x×](\d{1,6}):(.+)", text)
@@ -200,7 +216,12 @@ method_options = stacked(
 recipe_options = stacked(
     method_options,
     frames_option,
-    click.option("--encoding", type=click.Choice(CODINGS), default="ssb", show_default=True),
+    click.option(
+        "--encoding",
+        type=click.Choice(CODINGS),
+        default=None,
+        help="[ssb; error-diffusion, double-phase on a panel known as binary, phase]",
+    ),
     form_option,
     slm_option,
     wavelengths_option,

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from chrmc.cli.arguments import recipe_options
+from chrmc.cli.arguments import by_panel, recipe_options
 from chrmc.cli.scene_options import SCENE_NAMES, scene_from, scene_options, things_argument
 from chrmc.slm import SLM
 
@@ -70,6 +70,7 @@ def command(
     from chrmc.store.colour import ColourVideo, open_video
     from chrmc.store.summary import summary
 
+    rest = by_panel(rest)
     sized = {name: rest.pop(name) for name in SCENE_NAMES}
     # The shortest wavelength resolves most and reaches least.
     finest = min(wavelength) if isinstance(wavelength, tuple) else wavelength

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from chrmc.cli.arguments import recipe_options
+from chrmc.cli.arguments import by_panel, recipe_options
 from chrmc.cli.play import show, surface_options
 from chrmc.cli.scene_options import SCENE_NAMES, scene_from, scene_options, things_argument
 from chrmc.slm import SLM
@@ -48,7 +48,7 @@ def command(
     if isinstance(wavelength, tuple):
         raise ValueError("live shows one --wavelength: make a video in colours with generate")
     names = ("cgh", "compensation", "surface", "tolerance", "encoding", "gamma", "response")
-    chosen = {name: rest.pop(name) for name in (*names, "settings")}
+    chosen = by_panel({name: rest.pop(name) for name in (*names, "settings")})
     sized = {name: rest.pop(name) for name in SCENE_NAMES}
     scene = scene_from(things, form, slm, wavelength, sized)
     recipe = recipe_for(scene, slm, wavelength, check_pixels=0, **chosen)

@@ -2,7 +2,7 @@
 
 import click
 
-from chrmc.panels import PANELS, all_panels, user_folder
+from chrmc.panels import ENCODINGS, PANELS, all_panels, user_folder
 
 
 @click.command("panels")
@@ -25,4 +25,10 @@ def command() -> None:
             f"{slm.pixel_pitch * 1e6:g} µm, {slm.bits} bit, {slm.refresh:g} Hz{fill}"
         )
         click.echo(f"{'':<{width}}  source: {panel.source}" + (" (yours)" * (name not in PANELS)))
+        told = f", response {panel.response}" if panel.response is not None else ""
+        click.echo(f"{'':<{width}}  encodings: {', '.join(ENCODINGS[panel.kind])}{told}")
+    click.echo(
+        "refresh, bits and fill factor are unconfirmed where the source does not name them: compare "
+        "with your panel's data sheet"
+    )
     click.echo(f"your own: {user_folder()}/NAME.toml")

@@ -1,10 +1,13 @@
 """Panels by name, by file, and from the user's folder."""
 
+from pathlib import Path
+
 import pytest
 from click.testing import CliRunner
 
+import chrmc
 from chrmc.cli.arguments import SLMType
-from chrmc.cli.main import group
+from chrmc.cli.main import group, main
 from chrmc.panels import KINDS, PANELS, panel_named, read_panel
 from chrmc.slm import LC_R_1080
 
@@ -74,3 +77,30 @@ def test_an_unknown_name_says_what_there_is():
     assert (
         done.exit_code == 2 and "lc-r-1080" in done.output and "WIDTHxHEIGHT:PITCH" in done.output
     )
+
+
+def test_a_panel_brings_its_encoding_and_its_response(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "dots.csv").write_text("x,y,z\n0,0,0\n1,0,0\n0,1,0\n")
+    (tmp_path / "grey.csv").write_text("grey,intensity\n0,0.1\n128,1\n255,4\n")
+    size = "width = 96\nheight = 64\npixel_pitch = 8e-6\n"
+    (tmp_path / "own.toml").write_text(size + 'kind = "phase"\n')
+    (tmp_path / "grey.toml").write_text(size + 'response = "grey.csv"\n')
+    (tmp_path / "bad.toml").write_text(size + 'response = "none.csv"\n')
+
+    def made(panel: str, *words: str) -> int:
+        with pytest.raises(SystemExit) as ended:
+            main(["generate", str(tmp_path / "dots.csv"), "--out", str(tmp_path / "v"), "--force",
+                  "--frames", "1", "--slm", panel, *words])  # fmt: skip
+        return int(ended.value.code or 0)
+
+    assert made(str(tmp_path / "own.toml")) == 0
+    assert chrmc.open_video(tmp_path / "v").encoding == "double-phase"
+    assert made(str(tmp_path / "grey.toml")) == 0
+    stored = chrmc.open_video(tmp_path / "v")
+    assert stored.encoding == "ssb" and stored.response["name"] == "grey.csv"
+    assert made(str(tmp_path / "own.toml"), "--encoding", "ssb") == 2
+    assert "kind phase, which shows double-phase, kinoform, not ssb" in capsys.readouterr().err
+    assert made(str(tmp_path / "bad.toml")) == 2
+    assert "names no file" in capsys.readouterr().err
