@@ -28,7 +28,7 @@ def command() -> None:
         told = f", response {panel.response}" if panel.response is not None else ""
         click.echo(f"{'':<{width}}  encodings: {', '.join(ENCODINGS[panel.kind])}{told}")
     click.echo(
-        "refresh, bits and fill factor are unconfirmed where the source does not name them: compare "
-        "with your panel's data sheet"
+        "unconfirmed: refresh, bits and fill factor where the source does not name them; compare "
+        "them with your panel's data sheet"
     )
     click.echo(f"your own: {user_folder()}/NAME.toml")
