@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import random
 import shutil
 import signal
 import subprocess
@@ -129,11 +130,14 @@ class XServer:
 
 
 def start_server(command: list[str], log: Path) -> tuple[XServer, subprocess.Popen[bytes]]:
-    """Start an X server on a display number of its own choice.
+    """Start an X server on a display number that no other has, chroots included.
 
-    Without the abstract socket, which servers in other file systems (chroots) would share.
+    Low numbers are what every server takes first, and clients ask the abstract socket first, which
+    file systems share: without one of its own, a server with such a number in a chroot would never
+    be asked.
     """
-    command = [*command, "-nolisten", "tcp", "-nolisten", "local"]
+    free = f":{random.randrange(1000, 50_000)}"
+    command = [*command, free, "-nolisten", "tcp", "-nolisten", "local"]
     read, write = os.pipe()
     with log.open("wb") as output:
         server = subprocess.Popen(

@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import queue
+import random
 import shutil
 import subprocess
 import sys
@@ -64,7 +65,8 @@ def display(tmp_path_factory):
     log = tmp_path_factory.mktemp("xvfb") / "log"
     read, write = os.pipe()
     command = [program("Xvfb", "xvfb"), "-screen", "0", "1600x950x24"]
-    command += ["-nolisten", "tcp", "-nolisten", "local"]
+    free = f":{random.randrange(50_000, 59_000)}"  # also in a chroot: see tests/display/conftest.py
+    command += [free, "-nolisten", "tcp", "-nolisten", "local"]
     with log.open("wb") as output:
         server = subprocess.Popen(
             [*command, "-displayfd", str(write)], pass_fds=[write], stdout=output, stderr=output
