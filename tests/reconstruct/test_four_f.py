@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chrmc import SLM, PointCloud, reference_field
-from chrmc.encoding import coding_for
+from chrmc.encoding import CODINGS, coding_for
 from chrmc.response import GreyResponse
 from display import encode
 from reconstruct import Bench, Filter, FourF, Illumination, decode_field, four_f, four_f_field
@@ -346,3 +346,29 @@ def test_bad_input_is_told():
         Filter(dc_block=-1.0)
     with pytest.raises(ValueError, match="waist"):
         Illumination(waist=0.0)
+
+
+@pytest.mark.parametrize("encoding", [n for n in CODINGS if coding_for(n, SLM_).aperture])
+def test_an_encodings_aperture_ends_both_ways(encoding):
+    """What the encoding occupies passes, and nothing beyond it, across and down."""
+    system = FourF(SLM_, LAMBDA, encoding)
+    y, x = system.fourier_coordinates()
+    passed = system.transmission()
+    unit, edge = LAMBDA * system.bench.focal1, system.coding.aperture
+    across, down = np.abs(x) < unit * edge.fx_max, np.abs(y) < unit * edge.fy_max
+    assert not passed[:, ~across].any() and not passed[~down].any()
+    assert passed[np.ix_(down, across)].mean() > 0.4
+
+
+def test_a_mirrored_frame_gives_the_mirrored_wave_through_small_lenses():
+    """Light that leaves the panel to the left meets the same pupil as light to the right."""
+    slm = SLM("tiny", 64, 48, P)
+    frame = np.random.default_rng(2).integers(0, 256, slm.shape, dtype=np.uint8)
+    bench = Bench(
+        focal1=0.01, focal2=0.01, lens1=0.9e-3, lens2=0.8e-3, filter=Filter(dc_block=None)
+    )
+    system = FourF(slm, LAMBDA, "real", bench)
+    wave = np.abs(system.field(frame))
+    for flip in (np.s_[:, ::-1], np.s_[::-1]):
+        mirrored = np.abs(system.field(np.ascontiguousarray(frame[flip])))
+        assert np.linalg.norm(mirrored[flip] - wave) < 1e-4 * np.linalg.norm(wave)
