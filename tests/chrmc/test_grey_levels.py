@@ -45,3 +45,14 @@ def test_a_scale_that_can_be_none_is_refused(scale: float) -> None:
 def test_an_array_of_no_numbers_is_no_field(kind: object) -> None:
     with pytest.raises(ValueError, match="array of numbers"):
         encode(np.full(PANEL.shape, 1, dtype=kind), PANEL)  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize(("peak", "shown"), [(9e-16, 0), (1.1e-15, 1), (9e14, 1), (1.1e15, 0)])
+def test_where_single_precision_ends(peak: float, shown: bool) -> None:
+    field = np.zeros(PANEL.shape, dtype=np.complex64)
+    field[2, 3] = peak * 1j
+    if shown:
+        assert encode(field, PANEL).max() > 128
+    else:
+        with pytest.raises(ValueError, match="single precision is safe"):
+            encode(field, PANEL)

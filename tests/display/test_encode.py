@@ -144,6 +144,9 @@ def test_wrong_shapes_methods_and_scales_are_refused():
     for scale in (-1.0, np.nan, np.inf, 0.0):
         with pytest.raises(ValueError, match="scale"):
             display.encode(noise(SMALL.shape), SMALL, "ssb", scale)
+    for scale in (-1.0, np.nan, np.inf):
+        with pytest.raises(ValueError, match="scale"):
+            display.encode(noise(SMALL.shape), SMALL, "double-phase", scale)
 
 
 class Clouds:

@@ -62,6 +62,15 @@ def test_gain_and_scale_give_the_fields_own_units(name):
     assert abs(factor - 1) < 0.06  # neither scaled nor turned
 
 
+@pytest.mark.parametrize("scale", [1.0, 40.0])
+def test_a_kinoform_shows_the_phase_at_its_scale(scale):
+    field = speckle(PANEL, 0.5)
+    decoded = decode_field(encode(field, PANEL, "kinoform", scale), PANEL, "kinoform", scale)
+    wanted = scale * field / np.abs(field)
+    # 256 steps of phase: 2π/256/√12 of a radian.
+    assert np.linalg.norm(decoded - wanted) < 0.01 * np.linalg.norm(wanted)
+
+
 def test_lees_first_order_is_a_over_pi():
     """Of a wave much wider than the stripes; the pixels' steps leave a few per cent."""
     slm = SLM("wide", 64, 4096, 8e-6)

@@ -138,3 +138,20 @@ def test_expected_power_is_the_mean_intensity(coding: str) -> None:
         )
         means.append(np.mean(np.abs(field) ** 2))
     assert power.sum() == pytest.approx(np.mean(means), rel=0.1)
+
+
+@pytest.mark.parametrize("at", [(0.0, 0.0), (2.9e-5, -2e-5), (-5e-5, 3.5e-5)])
+def test_expected_power_and_coverage_end_at_the_outer_pixels_edges(at: tuple[float, float]) -> None:
+    """On so few pixels that half of one counts, footprints inside the panel and beyond it."""
+    slm = SLM("tiny", 8, 6, 8e-6)
+    band = full_band(slm)
+    for z in (3e-4, 1e-3, 4e-3):
+        cloud = chrmc.PointCloud(np.array([[*at, z]]), np.full(1, 2.0), np.zeros(1))
+        power, share = (2.0 / z) ** 2, 1.0
+        for count, place, f_max in ((8, at[0], band.fx_max), (6, at[1], band.fy_max)):
+            fine = (np.arange(4000) + 0.5) / 4000 * count * 8e-6 - count * 4e-6
+            half = z * reach(WAVELENGTH, f_max)
+            power *= np.mean(taper(fine - place, np.array(half)) ** 2)
+            share *= np.mean(np.abs(fine - place) <= half)
+        assert expected_power(cloud, slm, WAVELENGTH, band)[0] == pytest.approx(power, rel=2e-3)
+        assert coverage(cloud, slm, WAVELENGTH, band)[0] == pytest.approx(share, rel=2e-3, abs=1e-9)
