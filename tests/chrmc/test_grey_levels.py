@@ -52,7 +52,7 @@ def test_where_single_precision_ends(peak: float, shown: bool) -> None:
     field = np.zeros(PANEL.shape, dtype=np.complex64)
     field[2, 3] = peak * 1j
     if shown:
-        assert encode(field, PANEL).max() > 128
+        assert encode(field, PANEL, "kinoform").any()
     else:
         with pytest.raises(ValueError, match="single precision is safe"):
             encode(field, PANEL)
