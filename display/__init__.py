@@ -13,9 +13,12 @@ if TYPE_CHECKING:
     from display.log import Flip
     from display.marks import SerialMark, UDPMark
     from display.monitors import Monitor, list_monitors
+    from display.planes import pack_planes
+    from display.player import play_together
     from display.playing import play
     from display.remote import Remote
     from display.screen import Screen
+    from display.serve import Server
 
 _LAZY = {
     "Screen": "display.screen",
@@ -28,6 +31,9 @@ _LAZY = {
     "list_monitors": "display.monitors",
     "play": "display.playing",
     "calibrate_response": "display.calibrate",
+    "Server": "display.serve",
+    "pack_planes": "display.planes",
+    "play_together": "display.player",
 }
 
 __all__ = [
@@ -36,13 +42,16 @@ __all__ = [
     "Remote",
     "Screen",
     "SerialMark",
+    "Server",
     "Trigger",
     "UDPMark",
     "calibrate_response",
     "encode",
     "encode_signal",
     "list_monitors",
+    "pack_planes",
     "play",
+    "play_together",
     "signal_of",
     "video_scale",
 ]

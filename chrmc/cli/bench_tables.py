@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from chrmc.bench.systems import Images
 from chrmc.bench.tables import Pair
 from chrmc.cli.arguments import FigurePath, frames_option, slm_option, wavelength_option
+from chrmc.cli.lengths import OFFSET, Length
 from chrmc.scene.scene import Scene, SceneFrame
 from chrmc.slm import SLM
 
@@ -39,6 +40,13 @@ def table_options(function: Callable[..., Any]) -> Callable[..., Any]:
                 default="both",
                 show_default=True,
                 help="rgbd as in the paper, body-fixed points, or a table of each.",
+            ),
+            click.option(
+                "--plane-spacing",
+                type=Length(OFFSET),
+                default=None,
+                help="Depth planes so far apart, rgbd of car-house and car-house-deep; "
+                "default 0.1mm.",
             ),
             click.option("--encoding", default="real", show_default=True, help="real or ssb."),
             click.option(
@@ -86,6 +94,7 @@ def run(
     scene: str,
     frames: tuple[int, int] | None,
     form: str,
+    plane_spacing: float | None,
     encoding: str,
     only: str | None,
     pixels: int,
@@ -100,13 +109,20 @@ def run(
     from chrmc.encoding import coding_for
     from chrmc.generation.recipe import scene_wavelength
     from chrmc.progress import progress
+    from chrmc.scene.car_house import HEADINGS, car_house_rgbd
     from chrmc.scene.load import load_scene
 
     coding = coding_for(encoding, slm)
     pairs = chosen(pairs, only)
     texts, made = [machine(slm, encoding)], {}
     for kind in FORMS if form == "both" else (form,):
-        given = load_scene(scene, form=kind)
+        given: Scene = load_scene(scene, form=kind)
+        if plane_spacing is not None and kind == "rgbd":
+            if scene not in HEADINGS:
+                raise ValueError(
+                    f"--plane-spacing renders {' or '.join(HEADINGS)} anew; {scene} has its planes"
+                )
+            given = car_house_rgbd(scene, plane_spacing)
         if given.form != kind:
             if form != "both":
                 raise ValueError(f"{scene} has no {kind} form; it is {given.form}")

@@ -8,6 +8,7 @@ starts with the heading −12° (towards the hologram), `car-house-deep` with �
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from chrmc.scene.path import arc_path, poses_along, rotation_y
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
 from chrmc.scene.render import render
-from chrmc.scene.rgbd import PLANES, RGBDFrame
+from chrmc.scene.rgbd import PLANES, DepthPlanes, RGBDFrame
 from chrmc.scene.rgbd_scene import RGBDScene
 from chrmc.scene.scene import Pose
 from chrmc.scene.shapes import Solid, surface_raster
@@ -112,16 +113,23 @@ def car_house(name: str = "car-house") -> PointScene:
     )
 
 
-def car_house_rgbd(name: str = "car-house") -> RGBDScene:
-    """`car-house` or `car-house-deep` as 320 × 240 images with 256 depth planes."""
+def car_house_rgbd(name: str = "car-house", plane_spacing: float | None = None) -> RGBDScene:
+    """`car-house` or `car-house-deep` as 320 × 240 images with 256 depth planes.
+
+    plane_spacing : metres; other planes over the same range
+    """
     cast = actors(name)
+    planes = PLANES
+    if plane_spacing is not None:
+        count = ceil((PLANES.last - PLANES.first) / plane_spacing) + 1
+        planes = DepthPlanes(PLANES.first, plane_spacing, count)
 
     def read(number: int) -> RGBDFrame:
         seen = [
             (identity, actor.solid, actor.pose(number))
             for identity, actor in enumerate(cast.values(), 1)
         ]
-        return render(seen, SHAPE, PITCH, PLANES)
+        return render(seen, SHAPE, PITCH, planes)
 
     return RGBDScene(
         name=name,
@@ -130,7 +138,7 @@ def car_house_rgbd(name: str = "car-house") -> RGBDScene:
         shape=SHAPE,
         pixel_pitch=PITCH,
         objects=dict(enumerate(cast, 1)),
-        planes=PLANES,
+        planes=planes,
         wavelength=WAVELENGTH,
         poses={key: actor.poses for key, actor in cast.items()},
         phase_seed=SEED,
