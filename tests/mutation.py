@@ -13,6 +13,7 @@ import ast
 import json
 import os
 import random
+import resource
 import shutil
 import signal
 import subprocess
@@ -206,7 +207,7 @@ def expanded(patterns: list[str]) -> list[str]:
 class Map:
     """What a first run of a group's tests showed.
 
-    seconds : of each test
+    seconds : processor time of each test
     lines : of each file, the tests that run each line
     """
 
@@ -223,7 +224,7 @@ class Map:
 
 
 def run(tree: Path, arguments: list[str], seconds: float, **environment: str) -> bool:
-    """Whether pytest passes in a tree within a time.
+    """Whether pytest passes in a tree within so many seconds of processor time.
 
     In a fork of this process, which has the libraries loaded: that takes longer than most tests.
     """
@@ -238,9 +239,11 @@ def run(tree: Path, arguments: list[str], seconds: float, **environment: str) ->
         os.environ.update(environment, PYTHONPATH=str(tree))
         sys.dont_write_bytecode = True
         sys.path[:0] = [str(tree), str(tree / "tests")]
-        signal.alarm(ceil(seconds))
-        # Its time limit is the same alarm.
-        without = ["-p", "no:cacheprovider", "-p", "no:timeout"]
+        resource.setrlimit(resource.RLIMIT_CPU, (ceil(seconds), ceil(seconds)))
+        signal.alarm(
+            600 + ceil(10 * seconds)
+        )  # for what waits for ever; pytest-timeout has its own
+        without = ["-p", "no:cacheprovider", "-p", "no:timeout"]  # whose alarm is the same
         status = int(pytest.main([*without, "-q", "-x", "--hypothesis-seed=1", *arguments]))
     finally:
         os._exit(status)
@@ -304,7 +307,7 @@ def tried(group: str, pool: list[Change], tree: Path, sample: int, seed: int, en
         if time.monotonic() > end:
             break
         tests = known.tests(change)
-        allowed = 4 * sum(known.seconds[test] for test in tests) + 20
+        allowed = 3 * sum(known.seconds[test] for test in tests) + 10
         path = tree / change.path
         good = path.read_bytes()
         try:

@@ -1,4 +1,4 @@
-"""A pytest plugin: which test runs which lines, and how long it takes (see mutation.py).
+"""A pytest plugin: which test runs which lines, and its processor time (see mutation.py).
 
 Loaded by `-p mutation_map`; the files to look at come in MUTATION_FILES, the map goes to
 MUTATION_MAP.
@@ -28,11 +28,11 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
         if isinstance(thing, functools._lru_cache_wrapper):
             thing.cache_clear()
     recorder.switch_context(item.nodeid)
-    start = time.monotonic()
+    start = time.process_time()
     try:
         return (yield)
     finally:
-        seconds[item.nodeid] = time.monotonic() - start
+        seconds[item.nodeid] = time.process_time() - start
         recorder.switch_context("")
 
 

@@ -136,3 +136,13 @@ def test_only_known_systems_can_be_chosen() -> None:
     assert [p.compensated.label for p in chosen(pairs, "mc-nlut")] == ["mc-nlut"]
     with pytest.raises(ValueError, match="3dmc-nlut"):
         chosen(pairs, "mc")
+
+
+def test_planes_as_far_apart_as_asked() -> None:
+    from chrmc.scene.car_house import car_house_rgbd
+
+    usual, wide = (car_house_rgbd("car-house", spacing) for spacing in (None, 1e-3))
+    assert (usual.planes.step, wide.planes.step) == (0.1e-3, 1e-3)
+    assert 0 <= wide.planes.last - usual.planes.last < 1e-3
+    places = wide.frame(1).cloud.positions[:, 2] - wide.planes.first
+    np.testing.assert_allclose(places / 1e-3, np.rint(places / 1e-3), atol=1e-6)
