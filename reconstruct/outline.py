@@ -15,7 +15,7 @@ from reconstruct.focus import peak_middle
 from reconstruct.likeness import at_depths
 from reconstruct.stack import FocalStack
 
-GRAINS = 2.0
+GRAINS = 3.0
 """Of speckle, that the picture is smoothed over: less leaves speckle, more blurs the outlines."""
 
 

@@ -15,7 +15,7 @@ from reconstruct import metrics
 from reconstruct.focus import Focus, brightness_at, cells_of, find_focus, focus_curve, refine_peak
 from reconstruct.focus_metrics import METRICS
 from reconstruct.four_f_system import FourF, power
-from reconstruct.likeness import SHARP, Likeness, compare, dimmed, light_of
+from reconstruct.likeness import ALIKE, SHARP, Likeness, compare, dimmed, light_of
 from reconstruct.outline import outline_error
 from reconstruct.stack import FocalStack, brightness, focal_stack, patch_around
 from reconstruct.target import Target
@@ -233,10 +233,12 @@ def judge_object(
         cells = cells_of(stack, parts)
         shape = compare(cells, seen, coarse)
         off = float("nan")
-        if focus.method == "region" and shape.told:
+        # Speckle has peaks of its own, up to twice what counts as a focus.
+        unclear = focus.method == "region" or 0 < shape.sharpness < 2 * SHARP
+        if unclear and shape.told and shape.picture >= ALIKE:
             off = outline_error(stack, seen, parts, max(1.0, fine / stack.patch.pitch))
         if np.isfinite(off):
-            focus = replace(focus, depth=z + off, method="outlines")
+            focus = replace(focus, depth=z + off, focused=True, method="outlines")
         elif shape.sharpness >= SHARP:
             focus = replace(focus, depth=z + shape.depth_error, focused=True, method="cells")
     depth_error = focus.depth - z
