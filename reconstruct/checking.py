@@ -14,7 +14,7 @@ from chrmc.scene.light import scenes_in_light
 from chrmc.scene.load import BUILT_IN, load_scene
 from chrmc.scene.origin import MADE_OF, scene_made_of
 from chrmc.scene.scene import Scene
-from chrmc.store.colour import ColourVideo, open_video
+from chrmc.store.colour import ColourVideo, open_video, read_plan
 from chrmc.store.video import Video
 from reconstruct.four_f_system import FourF
 from reconstruct.verdict import FrameVerdict, Target, judge_frame
@@ -146,13 +146,23 @@ def truth_maker(video: Video, scene: Scene | str) -> Callable[[int], NDArray[np.
 
 
 def scene_of(video: Video | ColourVideo, named: str | None = None) -> Scene:
-    """The scene that a video was made of, sized as it was then; in all its colours.
+    """The scene that a video was made of, sized as it was then; in all its colours, or, of one
+    laser of a video in colours, in that laser's light.
 
     named : what `load_scene` takes, default what the manifest says: a built-in scene, or files
         that have not changed since; ValueError where it was a Python file
     """
     if isinstance(video, ColourVideo):  # sized for the shortest wavelength
-        video = min(video.channels, key=lambda channel: channel.wavelength)
+        return _loaded(min(video.channels, key=lambda channel: channel.wavelength), named)
+    plan = read_plan(video.folder.parent)
+    if plan is not None and video.folder.name in plan.folders:
+        whole = open_video(video.folder.parent)
+        lit = scenes_in_light(scene_of(whole, named), plan.wavelengths)
+        return lit[plan.folders.index(video.folder.name)]
+    return _loaded(video, named)
+
+
+def _loaded(video: Video, named: str | None) -> Scene:
     record = video.scene.get(MADE_OF)
     if record is not None:
         words = [] if named is None else [named]

@@ -7,20 +7,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.store.colour import ColourVideo
 from chrmc.store.video import Video
 
 MARGIN = 0.5e-3
 """Room around the objects, metres."""
 
 
-def draw_montage(video: Video, numbers: Sequence[int], path: Path) -> None:
+def draw_montage(video: Video | ColourVideo, numbers: Sequence[int], path: Path) -> None:
     """Picture (PNG, PDF, SVG) of the given frames: the hologram, then a reconstruction at each
-    object's depth with the object itself enlarged."""
+    object's depth with the object itself enlarged; in colour of a video in colours."""
     from chrmc.figures import new_figure, save
+    from reconstruct.colour import balanced, colour_systems
     from reconstruct.sequence import system_of
 
     names = [o["name"] for o in video.entry(numbers[0])["objects"]]
-    system = system_of(video)
+    coloured = isinstance(video, ColourVideo)
+    systems = colour_systems(video) if isinstance(video, ColourVideo) else [system_of(video)]
     view = _view(video, numbers)
     wide = (view[1] - view[0]) / (view[3] - view[2])
     height = 2.4
@@ -37,19 +40,26 @@ def draw_montage(video: Video, numbers: Sequence[int], path: Path) -> None:
         frame = video.read(number)
         entry = video.entry(number)
         _show_hologram(row[0], frame, number, video)
-        field = system.field(frame)
+        layers = frame if coloured else frame[..., None]
+        fields = [system.field(layers[..., k]) for k, system in enumerate(systems)]
         for cell, name in zip(row[1:], names, strict=True):
             thing = next(o for o in entry["objects"] if o["name"] == name)
             _style(cell)
             if thing["depth"] is None:
                 cell.set_title(f"{name}: nothing visible", fontsize=9)
                 continue
-            amplitude = np.abs(system.at(field, thing["depth"]))
+            images = [
+                np.abs(system.at(field, thing["depth"]))
+                for system, field in zip(systems, fields, strict=True)
+            ]
+            amplitude = images[0]
+            if isinstance(video, ColourVideo):
+                amplitude = np.sqrt(balanced(video, [image**2 for image in images]))
             _show_depth(cell, amplitude, video, view, thing, entry["objects"])
     save(figure, path)
 
 
-def _view(video: Video, numbers: Sequence[int]) -> tuple[float, float, float, float]:
+def _view(video: Video | ColourVideo, numbers: Sequence[int]) -> tuple[float, float, float, float]:
     """(x0, x1, y0, y1) metres around all objects of the frames, clipped to the panel."""
     boxes = [o["box"] for n in numbers for o in video.entry(n)["objects"] if o.get("box")]
     half_x = video.slm.width * video.slm.pixel_pitch / 2
@@ -97,8 +107,12 @@ def _style(axis: Any) -> None:
     axis.set_facecolor("black")
 
 
-def _show_hologram(axis: Any, frame: NDArray[np.uint8], number: int, video: Video) -> None:
+def _show_hologram(
+    axis: Any, frame: NDArray[np.uint8], number: int, video: Video | ColourVideo
+) -> None:
     _style(axis)
+    if frame.ndim == 3 and frame.shape[2] != 3:
+        frame = frame[..., 0]
     axis.imshow(frame, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
     axis.set_title(
         f"frame {number}: {video.slm.width} × {video.slm.height} hologram",
@@ -108,7 +122,7 @@ def _show_hologram(axis: Any, frame: NDArray[np.uint8], number: int, video: Vide
     # Fringes are finer than a montage can show: a part of them pixel by pixel.
     inset = axis.inset_axes((0.0, 0.0, 0.38, 0.38))
     _style(inset)
-    rows, columns = (n // 2 for n in frame.shape)
+    rows, columns = (n // 2 for n in frame.shape[:2])
     size = max(min(rows, columns) // 8, 1)
     part = frame[rows - size : rows + size, columns - size : columns + size]
     inset.imshow(part, cmap="gray", interpolation="nearest")
@@ -119,7 +133,7 @@ def _show_hologram(axis: Any, frame: NDArray[np.uint8], number: int, video: Vide
 def _show_depth(
     axis: Any,
     amplitude: NDArray[np.floating],
-    video: Video,
+    video: Video | ColourVideo,
     view: tuple[float, float, float, float],
     thing: dict[str, Any],
     others: Sequence[dict[str, Any]],
@@ -139,7 +153,12 @@ def _show_depth(
     white = float(np.percentile(inside, 98)) if inside.size else float(amplitude.max())
     extent = (-half_x * 1e3, half_x * 1e3, half_y * 1e3, -half_y * 1e3)
     show = {"cmap": "gray", "vmin": 0, "vmax": max(white, 1e-30), "extent": extent}
-    axis.imshow(amplitude, interpolation="antialiased", **show)
+    picture: Any = amplitude
+    if isinstance(video, ColourVideo):
+        from reconstruct.colour import colour_levels
+
+        picture = colour_levels(amplitude**2, video, max(white, 1e-30) ** 2)
+    axis.imshow(picture, interpolation="antialiased", **show)
     axis.set_xlim(view[0] * 1e3, view[1] * 1e3)
     axis.set_ylim(view[3] * 1e3, view[2] * 1e3)
     scale_bar(axis, (view[0] * 1e3, view[1] * 1e3, view[3] * 1e3, view[2] * 1e3))
@@ -152,7 +171,7 @@ def _show_depth(
     size = (0.26, 0.56)
     inset = axis.inset_axes((*_free_corner(view, size, others), *size))
     _style(inset)
-    inset.imshow(amplitude, interpolation="nearest", **show)
+    inset.imshow(picture, interpolation="nearest", **show)
     aspect = size[0] * (view[1] - view[0]) / (size[1] * (view[3] - view[2]))
     span = max((high - low)[0] / aspect, (high - low)[1]) * 0.58
     inset.set_xlim((centre[0] - span * aspect) * 1e3, (centre[0] + span * aspect) * 1e3)

@@ -197,3 +197,24 @@ def test_pictures_and_movies_on_the_command_line(
     assert run("reconstruct", folder, *stack) == 2
     assert run("panorama", folder, "--out", tmp_path / "p.png") == 2
     assert "532nm" in capsys.readouterr().err
+
+
+def test_one_laser_of_it_knows_its_share_of_the_scene(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from chrmc.survey import spot_check
+    from reconstruct.checking import scene_of
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "dots.xyz").write_text("x y z r g b\n0 0 0 255 90 90\n1 1 0 90 90 255\n")
+    video = made(tmp_path / "video", tmp_path / "dots.xyz")  # type: ignore[arg-type]
+    for channel in video.channels:
+        assert spot_check(scene_of(channel)) == channel.scene["spot_check"]
+
+
+def test_a_montage_in_colour(video: chrmc.ColourVideo, tmp_path: Path) -> None:
+    from chrmc.cli.montage import draw_montage
+
+    draw_montage(video, [1], tmp_path / "montage.png")
+    picture = np.asarray(Image.open(tmp_path / "montage.png").convert("RGB")).astype(int)
+    assert (np.ptp(picture, axis=2) > 60).mean() > 0.01
