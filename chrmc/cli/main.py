@@ -69,7 +69,9 @@ def main(arguments: list[str] | None = None) -> None:
         sys.exit(130)
     except click.ClickException as error:
         fail(error.format_message())
-    except (ValueError, OSError) as error:
+    except OSError as error:
+        fail(in_words(error))
+    except ValueError as error:
         fail(str(error))
     sys.exit(status if isinstance(status, int) else 0)
 
@@ -85,6 +87,15 @@ def hidden_package() -> str | None:
             where = found or "a folder without __init__.py"
             return f"{where} hides the package {name} of chrmc: rename it, or work elsewhere"
     return None
+
+
+def in_words(error: OSError) -> str:
+    """What the system refused, without its number; other messages as they are."""
+    if error.strerror is None or error.filename is None:
+        return str(error)
+    if isinstance(error, FileExistsError):
+        return f"{error.filename} is in the way: it is no folder"
+    return f"{error.filename}: {error.strerror}"
 
 
 def fail(message: str) -> None:
