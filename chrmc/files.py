@@ -4,12 +4,14 @@ import errno
 import hashlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+
+T = TypeVar("T")
 
 
 @contextmanager
@@ -66,6 +68,22 @@ def sha256(path: Path) -> str:
     """Hexadecimal SHA-256 of a file."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def still_there(folder: Path) -> None:
+    """FileNotFoundError for a folder that was removed while it was being written to."""
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder} is gone: it was removed while it was being written to")
+
+
+def into(folder: Path, items: Iterable[T]) -> Iterator[T]:
+    """The items that are written to a folder, which is made for the first and must stay."""
+    for index, item in enumerate(items):
+        if index:
+            still_there(folder)
+        else:
+            folder.mkdir(parents=True, exist_ok=True)
+        yield item
 
 
 @contextmanager

@@ -159,7 +159,7 @@ def soak(name: str, arguments: list[str], folder: Path, minutes: float) -> str:
             )
     early = process.poll()
     if early is None:
-        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGTERM)  # a job in the background hears no SIGINT
     told = process.communicate()[1].strip()
     if early not in (None, 0):
         return f"{name} ended with {early}: {told[-200:]}"

@@ -8,6 +8,7 @@ import click
 from chrmc.cli.arguments import frames_option
 from chrmc.cli.lengths import DEPTH, PITCH, Length, parse_depths, parse_lengths
 from chrmc.cli.optics_options import BENCH_NAMES, POSITIVE, bench_from, bench_options
+from chrmc.files import into
 
 
 @click.command("reconstruct")
@@ -298,7 +299,7 @@ def _stack(stored: Any, out: Any, options: dict[str, Any]) -> int:
         planes[i] = np.abs(system.at(field, float(depth))) ** 2
     white = options["full_scale"] or float(np.median([exposure(p) for p in planes]))
     suffix = options["kind"]
-    for depth, plane in zip(depths, planes, strict=True):
+    for depth, plane in into(out, zip(depths, planes, strict=True)):
         name = f"depth_{depth * 1e3:08.3f}mm.{suffix}"
         write_image(out / name, plane, _note(stored, number, float(depth)), white, options["gamma"])
     patch = Patch((0.0, 0.0), stored.slm.shape, stored.slm.pixel_pitch)
@@ -333,7 +334,7 @@ def _all(stored: Any, out: Any, options: dict[str, Any]) -> int:
     shown = reconstruct_all(stored, depth_of, numbers_, _system(stored, options))
     # One white for all, from the first frame: a white per frame would flicker.
     white, moving = options["full_scale"], []
-    for frame in progress(shown, "reconstruct", len(numbers_)):
+    for frame in into(out, progress(shown, "reconstruct", len(numbers_))):
         if not white:
             white = exposure(frame.image) or None
         name = f"reconstruction_{frame.number:04d}.{options['kind']}"

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from chrmc.files import read_json, write_json
+from chrmc.files import read_json, still_there, write_json
 from chrmc.scene.exr import write_exr
 from chrmc.scene.rgbd_scene import RGBDScene, rasterised
 from chrmc.scene.scene import Scene, frame_range
@@ -54,7 +54,9 @@ def write_scene(
     for number in numbers if watch is None else watch(numbers):
         path = folder / frame_name(number - before)
         if not path.is_file():
-            write_exr(path, images.rgbd(number))
+            picture = images.rgbd(number)
+            still_there(folder)
+            write_exr(path, picture)
         paths.append(path)
     return paths
 

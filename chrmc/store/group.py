@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.files import read_json, sha256, write_json
+from chrmc.files import read_json, sha256, still_there, write_json
 from chrmc.machine import arithmetic
 from chrmc.pictures import write_grey
 from chrmc.record import FrameRecord
@@ -86,8 +86,3 @@ class GroupWriter:
             raise
         self._recorded = set(self.entries)
         self._saved = time.monotonic()
-
-
-def still_there(folder: Path) -> None:
-    if not folder.is_dir():
-        raise FileNotFoundError(f"{folder} is gone: it was removed while frames were being made")

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.files import read_json, sha256, sweep
+from chrmc.files import read_json, sha256, still_there, sweep
 from chrmc.pictures import read_grey
 from chrmc.slm import SLM
 from chrmc.store.differences import refuse_another
@@ -25,7 +25,6 @@ from chrmc.store.group import (
     GroupWriter,
     group_record,
     group_records,
-    still_there,
 )
 from chrmc.store.manifest import FORMAT, checked, plain_file
 from chrmc.store.spool import Spool

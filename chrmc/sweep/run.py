@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from chrmc.files import read_json, replacing, sweep, told_when_full, write_json
+from chrmc.files import read_json, replacing, still_there, sweep, told_when_full, write_json
 from chrmc.generation.make import make_video
 from chrmc.progress import progress
 from chrmc.scene.scene import Scene
@@ -100,16 +100,11 @@ def _without_video(name: str, folder: Path) -> None:
 
 def _store_tables(rows: Sequence[Row | None], folder: Path) -> None:
     """The rows so far, as CSV and as text."""
-    _still_there(folder)
+    still_there(folder)
     done = [row for row in rows if row is not None]
     for name, text in ((TABLE, to_csv(done)), (TEXT_TABLE, to_text(done))):
         with replacing(folder / name) as partial:
             partial.write_text(text, encoding="utf-8")
-
-
-def _still_there(folder: Path) -> None:
-    if not folder.is_dir():
-        raise FileNotFoundError(f"{folder} is gone: it was removed while the sweep went on")
 
 
 def _kept(case: Case, name: str, folder: Path) -> Row | None:
@@ -136,7 +131,7 @@ def _made(
     """Make, measure and judge a case's video, and keep its row."""
     recipe = case.recipe
     assert recipe is not None
-    _still_there(folder)
+    still_there(folder)
     measured: Row
     try:
         make_video(recipe, folder / _VIDEOS / name, case.frames, **engine)
@@ -144,7 +139,7 @@ def _made(
         measured = figures(video) | dict(judge(video, case.checked, recipe.scene))
     except ValueError as refusal:
         measured = {"refused": str(refusal)}
-    _still_there(folder)
+    still_there(folder)
     row = measured | {"machine": machine}
     write_json(folder / _ROWS / f"{name}.json", row)
     return case.names | row

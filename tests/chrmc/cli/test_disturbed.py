@@ -51,7 +51,7 @@ LONG = {
     "scene": (["scene", "car-house", "--out", "place/v", "--frames", "1:40"],
               "place/v/frame_0002.exr", "place/v/*.exr", 40),
     "reconstruct": (["reconstruct", "video", "--depths", "245mm:270mm:200", "--frame", "1",
-                     "--out", "place/v"], "place/v/*2*.png", "place/v/*.png", 200),
+                     "--out", "place/v"], "place/v/*2*.png", "place/v/depth_0*.png", 200),
 }  # fmt: skip
 # Commands that write one file in the end.
 SHORT = {
