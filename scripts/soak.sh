@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Lets play, live and generate run long, headless, and prints their memory, handles and threads.
-# usage: soak.sh [--minutes N]   minutes of each [60]; status 1 when one of them grows
+# Lets play, live and generate run long, headless, and prints their memory, handles, threads and
+# OpenGL objects.
+# usage: soak.sh [--minutes N] [--fps F]   minutes [60], frames a second of play and live [60]; status 1 when one of them grows
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 python=.venv/bin/python

@@ -91,8 +91,10 @@ def hidden_package() -> str | None:
 
 def in_words(error: OSError) -> str:
     """What the system refused, without its number; other messages as they are."""
-    if error.strerror is None or error.filename is None:
+    if error.strerror is None:
         return str(error)
+    if error.filename is None:
+        return error.strerror
     if isinstance(error, FileExistsError):
         return f"{error.filename} is in the way: it is no folder"
     return f"{error.filename}: {error.strerror}"

@@ -59,7 +59,7 @@ SHORT = {
     "panorama": ["panorama", "video", "--out", "place/f.png"],
     "inspect": ["inspect", "car-house", *PANEL, "--out", "place/f.png"],
     "pattern": ["pattern", "point", *PANEL, "--out", "place/f.png"],
-    "movie": ["reconstruct", "video", "--all", "--depth", "252mm", "--out", "place/f.gif"],
+    "movie": ["reconstruct", "video", "--depth", "252mm", "--movie", "place/f.gif"],
     "image": ["reconstruct", "video", "--frame", "1", "--depth", "252mm", "--out", "place/f.exr"],
     "points": ["generate", "own.py:scene", "--out", "v", "--frames", "1:1", *PANEL,
                "--export-points", "place/f.npz"],
