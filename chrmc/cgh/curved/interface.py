@@ -6,6 +6,8 @@ plan      `plane_of` and `lines_of` say what is planned for, `reference_at` take
           `cluster_axes` gives the nodes (`Axis`, in runs read by blocks), `part_of` some of them
 sum       `sum_points` gives the baseband at nodes, for `cost_of_sums`; `make_series`, `chebyshev`
           and `interpolation` are its parts, for sums at other places than a hologram's nodes
+edges     `readings_of` says how nodes are read off a baseband without footprints, by filters
+taps      `taps_for`, `fewer`: reading waves of limited frequency off an even grid
 assemble  `Factor` is a baseband with its nodes; `field_of` and `signal_of` make pixels of some
 waves     `axis_cycles`, `reference_cycles`, `phasor`, `phasors`: phases without cancellation
 predict   `sample_points` stand for all, `budget_of` gives the `Budget` of a factor, powers of its
@@ -29,10 +31,12 @@ from chrmc.cgh.curved.baseband import Axes, Summed, cluster_axes, series_for, su
 from chrmc.cgh.curved.chebyshev import chebyshev, interpolation
 from chrmc.cgh.curved.clusters import Plane, bounding_box, cost_of_sums, reference_at
 from chrmc.cgh.curved.cost import cost_of, pixels_from
+from chrmc.cgh.curved.edge import Reading, readings_of
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
 from chrmc.cgh.curved.parallel import alone, spread
 from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
 from chrmc.cgh.curved.series import Remainder, Series, make_series
+from chrmc.cgh.curved.taps import Taps, fewer, fewer_beyond, taps_for
 from chrmc.cgh.curved.verify import SURE, measured_error, waves_looked_at
 from chrmc.cgh.curved.wave import Kernel, Reference, Wave, axis_cycles, phasor, phasors
 
@@ -45,10 +49,12 @@ __all__ = [
     "Kernel",
     "Line",
     "Plane",
+    "Reading",
     "Reference",
     "Remainder",
     "Series",
     "Summed",
+    "Taps",
     "Wave",
     "alone",
     "axis_cycles",
@@ -59,6 +65,8 @@ __all__ = [
     "cluster_axes",
     "cost_of",
     "cost_of_sums",
+    "fewer",
+    "fewer_beyond",
     "field_of",
     "interpolation",
     "lines_of",
@@ -71,6 +79,7 @@ __all__ = [
     "pixels_from",
     "plane_of",
     "promise_kept",
+    "readings_of",
     "reference_at",
     "reference_cycles",
     "sample_points",
@@ -78,5 +87,6 @@ __all__ = [
     "signal_of",
     "spread",
     "sum_points",
+    "taps_for",
     "waves_looked_at",
 ]

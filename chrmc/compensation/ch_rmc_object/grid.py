@@ -6,9 +6,8 @@ from math import ceil, factorial, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.interface import chebyshev
+from chrmc.cgh.curved.interface import Taps, chebyshev, taps_for
 from chrmc.compensation.ch_rmc_object.chart import Span, View
-from chrmc.compensation.ch_rmc_object.taps import Taps, taps_for
 
 Floats = NDArray[np.float64]
 

@@ -19,6 +19,8 @@ from chrmc.cgh.curved.interface import (
     Remainder,
     bounding_box,
     budget_of,
+    fewer,
+    fewer_beyond,
     part_of,
     phasor,
     reference_cycles,
@@ -29,7 +31,6 @@ from chrmc.compensation.ch_rmc_object.chart import mean_rotation
 from chrmc.compensation.ch_rmc_object.grid import SHARE, make_grid
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, views_ahead
 from chrmc.compensation.ch_rmc_object.sphere import Sphere
-from chrmc.compensation.ch_rmc_object.taps import fewer, fewer_beyond
 from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Pose

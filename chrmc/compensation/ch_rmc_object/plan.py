@@ -1,7 +1,7 @@
 """Where a frame's baseband is needed: reference wave, nodes, and how they are read off it."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from math import pi, sqrt
 
 import numpy as np
@@ -11,22 +11,20 @@ from chrmc.cgh.curved.interface import (
     Axes,
     Line,
     Plane,
-    Reference,
+    Reading,
     Wave,
     bounding_box,
     cluster_axes,
+    readings_of,
     reference_at,
-    sample_points,
 )
 from chrmc.compensation.ch_rmc_object.chart import Views, views_of
-from chrmc.compensation.ch_rmc_object.edge import Along, Reading, across, reading_of
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Pose
 
 Floats = NDArray[np.float64]
 _MANY = 2000  # points from which some stand for all
 _DIRECTIONS, _ROOM = 200, 1.02  # in which the rim is sought, and how much larger it is taken
-_FILTER_SHARE = 0.75  # of the tolerance that filters may take; beyond it strips come from points
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,60 +95,11 @@ def planned(
     box = bounding_box(rim.positions)
     its = reference_at((cx, cy, cz), box, plane)
     axes = cluster_axes(rim, its, targets, plane, aim)
-    strength = scale * (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
-    chosen, share = sample_points(strength, cloud.positions)
-    points = cloud.positions[chosen].T
-    spots = [np.resize(axis.nodes[[0, len(axis.nodes) // 2, -1]], len(chosen)) for axis in axes]
-    centres = (its.far_y, its.x, its.z_x), (its.far_x, its.y, its.z_y)
-    light = [np.zeros(0)] * 2
-    tried: list[Along] = []
-    for i, (far, middle, z_middle) in enumerate(centres):
-        rest = _rest(its, i, spots[1 - i][:, None], points[1 - i][:, None], plane.wavelength)
-        common = far, plane.reach[i], middle, z_middle, plane.wavelength
-        tried.append(Along(points[i], points[2], *common, rest))
-        some = targets[i].places[:: max(1, targets[i].count // 64)]
-        light[i] = np.mean(tried[i].weights(some) ** 2, axis=1) * targets[i].count
-    allowed = (_FILTER_SHARE * aim) ** 2 / 2 * float(share @ (light[0] * light[1]))
-    readings: list[Reading] = []
-    missed, from_points = 0.0, []
-    for i, along in enumerate(tried):
-        other = centres[1 - i][1]
-        aside = across(axes[1 - i].span, other)
-        corners = np.array([(at, deep) for at in box[i] for deep in box[2]]).T
-        models = tuple(
-            replace(
-                along, x=corners[0], z=corners[1],
-                rest=_rest(its, i, np.array(line), np.array(other), plane.wavelength),
-            )
-            for line in aside.lines
-        )  # fmt: skip
-        reading = reading_of(axes[i], (models[0], models[1]), aside, False, aim)
-        power = np.inf
-        if reading is not None:
-            power = float(share @ (reading.missed(axes[i], along, spots[1 - i]) * light[1 - i]))
-        from_points.append(power > allowed)
-        if power > allowed:
-            reading = reading_of(axes[i], (models[0], models[1]), aside, True, aim)
-            power = 0.0
-        assert reading is not None  # without strips there is nothing too long
-        readings.append(reading)
-        missed += power
+    read = readings_of(axes, its, box, cloud, targets, plane, aim, scale)
     return Plan(
-        thing, aim, Wave(its, plane.wavelength, plane.reach), axes, (readings[0], readings[1]),
-        cloud, scale, missed, (from_points[0], from_points[1]),
+        thing, aim, Wave(its, plane.wavelength, plane.reach), axes, read.along,
+        cloud, scale, read.missed, read.from_points,
     )  # fmt: skip
-
-
-def _rest(
-    its: Reference, axis: int, line: Floats, place: Floats, wavelength: float
-) -> Callable[[Floats, Floats, Floats], NDArray[np.complex128]]:
-    """What is not separable along an axis, on a line across it, of points at a place across."""
-
-    def rest(t: Floats, x: Floats, z: Floats) -> NDArray[np.complex128]:
-        offsets = (t - x, line - place) if axis == 0 else (line - place, t - x)
-        return its.residual(*offsets, z, wavelength)
-
-    return rest
 
 
 def views_ahead(

@@ -6,11 +6,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
-from chrmc.cgh.curved.interface import lines_of, plane_of, reference_cycles
+from chrmc.cgh.curved.interface import fewer, lines_of, plane_of, reference_cycles, taps_for
 from chrmc.compensation.ch_rmc_object.chart import path
 from chrmc.compensation.ch_rmc_object.group import Group, cut
 from chrmc.compensation.ch_rmc_object.plan import Plan, outline_of, planned
-from chrmc.compensation.ch_rmc_object.taps import fewer, taps_for
 from chrmc.encoding import coding_for
 from chrmc.reference import relative_error
 from chrmc.scene.scene import ObjectFrame, Pose

@@ -18,8 +18,12 @@ from math import ceil, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.interface import Axis, Line, axis_cycles, phasors
+from chrmc.cgh.curved.clusters import Plane
+from chrmc.cgh.curved.nodes import Axis, Line
+from chrmc.cgh.curved.predict import sample_points
+from chrmc.cgh.curved.wave import Reference, axis_cycles, phasors
 from chrmc.optics.footprint import SOFT_SHARE, taper
+from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complexfloating]
@@ -30,6 +34,7 @@ _LEAST = 4.0  # the same in places
 _FEWEST = 4.0  # places that a soft edge is read at, at least
 _WAVES = 1.8  # waves for each place
 _MOST = 2500  # places of a strip: solving for more takes longer than a sum over points
+_SHARE = 0.75  # of the tolerance that filters may take; beyond it strips come from points
 _NOISE = 0.3  # in the places, that a filter is made for, in shares of the tolerance
 
 
@@ -253,3 +258,87 @@ def _solve(
         among[np.diag_indices(len(places))] += noise
         out.append(np.linalg.solve(among, turned @ wanted).T)
     return out[0], out[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """How a cluster's nodes are read off its plain baseband.
+
+    along : x, and y
+    missed : expected power of the filters' error, and `light` what of it there is in all
+    from_points : strips along x, along y that no filter is good enough for; they are left out
+    """
+
+    along: tuple[Reading, Reading]
+    missed: float
+    light: float
+    from_points: tuple[bool, bool]
+
+
+def readings_of(
+    axes: tuple[Axis, Axis],
+    its: Reference,
+    box: Floats,
+    cloud: PointCloud,
+    targets: tuple[Line, Line],
+    plane: Plane,
+    aim: float,
+    scale: float = 1.0,
+) -> Readings:
+    """The readings along x and y, filters where the tolerance `aim` allows.
+
+    box : (3, 2) of all points
+    cloud : points on which filters are tried; their power is 1/scale of all
+    """
+    strength = scale * (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
+    chosen, share = sample_points(strength, cloud.positions)
+    points = cloud.positions[chosen].T
+    spots = [np.resize(axis.nodes[[0, len(axis.nodes) // 2, -1]], len(chosen)) for axis in axes]
+    centres = (its.far_y, its.x, its.z_x), (its.far_x, its.y, its.z_y)
+    light = [np.zeros(0)] * 2
+    tried: list[Along] = []
+    for i, (far, middle, z_middle) in enumerate(centres):
+        rest = _rest(its, i, spots[1 - i][:, None], points[1 - i][:, None], plane.wavelength)
+        common = far, plane.reach[i], middle, z_middle, plane.wavelength
+        tried.append(Along(points[i], points[2], *common, rest))
+        some = targets[i].places[:: max(1, targets[i].count // 64)]
+        light[i] = np.mean(tried[i].weights(some) ** 2, axis=1) * targets[i].count
+    total = float(share @ (light[0] * light[1]))
+    allowed = (_SHARE * aim) ** 2 / 2 * total
+    along: list[Reading] = []
+    missed, from_points = 0.0, []
+    for i, own in enumerate(tried):
+        other = centres[1 - i][1]
+        aside = across(axes[1 - i].span, other)
+        corners = np.array([(at, deep) for at in box[i] for deep in box[2]]).T
+        models = tuple(
+            replace(
+                own, x=corners[0], z=corners[1],
+                rest=_rest(its, i, np.array(line), np.array(other), plane.wavelength),
+            )
+            for line in aside.lines
+        )  # fmt: skip
+        reading = reading_of(axes[i], (models[0], models[1]), aside, False, aim)
+        power = np.inf
+        if reading is not None:
+            power = float(share @ (reading.missed(axes[i], own, spots[1 - i]) * light[1 - i]))
+        from_points.append(power > allowed)
+        if power > allowed:
+            reading = reading_of(axes[i], (models[0], models[1]), aside, True, aim)
+            power = 0.0
+        assert reading is not None  # without strips there is nothing too long
+        along.append(reading)
+        missed += power
+    return Readings((along[0], along[1]), missed, total, (from_points[0], from_points[1]))
+
+
+def _rest(
+    its: Reference, axis: int, line: Floats, place: Floats, wavelength: float
+) -> Callable[[Floats, Floats, Floats], NDArray[np.complex128]]:
+    """What is not separable along an axis, on a line across it, of points at a place across."""
+
+    def rest(t: Floats, x: Floats, z: Floats) -> NDArray[np.complex128]:
+        offsets = (t - x, line - place) if axis == 0 else (line - place, t - x)
+        return its.residual(*offsets, z, wavelength)
+
+    return rest

@@ -1,0 +1,224 @@
+"""The baseband of very many points by non-uniform Fourier transforms (finufft).
+
+A point's wave over the reference is exp(−2πi·s·u), s the sine of the direction in which a place is
+seen from the centre, u the point's offset from there over wavelength and depth, times a rest that
+depends weakly on the point: a short series in place and point (see `series`). Each term is one
+transform of the same points to an even grid of sines. From there the nodes are read as on the
+object surface: by taps, and by filters where footprints end.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+from math import ceil, hypot, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh.curved import clusters
+from chrmc.cgh.curved.clusters import Plane
+from chrmc.cgh.curved.edge import readings_of
+from chrmc.cgh.curved.nodes import Axis, Line
+from chrmc.cgh.curved.parallel import spread
+from chrmc.cgh.curved.series import Remainder, make_series
+from chrmc.cgh.curved.taps import Taps, taps_for
+from chrmc.cgh.curved.wave import Reference, by_curvature, phasors
+from chrmc.scene.points import PointCloud
+
+Floats = NDArray[np.float64]
+Reals = NDArray[np.floating]
+Complexes = NDArray[np.complexfloating]
+
+LEAST = 30_000
+"""Points from which transforms are quicker than sub-clusters."""
+_FILTER_SHARE = 0.75  # of the tolerance, of which filters take three quarters
+_SHARE = 0.15  # for each of the taps along x and y, and the transforms
+_SERIES = 2.0  # times that, for the series
+_SINGLE = 5e-5  # smallest error that single precision serves: places are rounded to 1e-7 of a turn
+_MOST_TERMS = 24
+_STEEPEST, _LONGEST = 0.8, 0.02  # sine of the angle up to which directions are written so; step
+_SWING, _SLICE = 0.1, 40_000  # cycles that curvatures turn waves by in a slice; points in one
+_TRIED = 2000  # points that stand for all when filters are tried
+_CHUNK = 1 << 15  # points whose strengths are worked out at once: they fit the second cache
+
+
+def nonuniform_baseband(
+    cloud: PointCloud,
+    axes: tuple[Axis, Axis],
+    reference: Reference,
+    plane: Plane,
+    tolerance: float,
+) -> tuple[Reals, Reals, Remainder] | None:
+    """Real and imaginary baseband (n_y, n_x) at given nodes, and what it misses.
+
+    None where no filter is good enough for the soft edges, or the rest takes a long series.
+    """
+    lines = tuple(
+        Line(first, (last - first) / max(count - 1, 1), count) for first, last, count in
+        (plane.x, plane.y)
+    )  # fmt: skip
+    every = max(1, len(cloud) // _TRIED)
+    some = cloud.select(slice(None, None, every))
+    box = clusters.bounding_box(cloud.positions)
+    read = readings_of(
+        axes, reference, box, some, (lines[0], lines[1]), plane, _FILTER_SHARE * tolerance
+    )
+    along = read.along
+    if any(read.from_points) or not all(len(one.places) for one in along):
+        return None
+    aim = _SHARE * tolerance
+    taps = taps_for(aim)
+    sides: list[_Side] = []
+    for axis, (centre, z) in enumerate(
+        ((reference.x, reference.z_x), (reference.y, reference.z_y))
+    ):
+        widest = float(np.abs(box[axis] - centre).max() / box[2, 0] * reference.z)
+        side = _side(along[axis].places, centre, z, widest / plane.wavelength, taps)
+        if float(np.abs(side.grid.places).max()) > _STEEPEST:
+            return None
+        sides.append(side)
+    # Thin slices of depth, over which the curvature of waves changes little.
+    swing = sum(side.swing(box[2], reference.z) for side in sides) / plane.wavelength
+    count = max(1, min(ceil(swing / _SWING), len(cloud) // _SLICE))
+    slices = clusters.leaves(cloud, box, (1, 1, count))
+    both = sides[0], sides[1]
+    made = spread(partial(_slice, its=reference, sides=both, plane=plane, tolerance=aim), slices)
+    plain, dropped = None, 0.0
+    for one in made:
+        if one is None:
+            return None
+        plain = one[0] if plain is None else plain + one[0]
+        dropped = max(dropped, one[1])
+    assert plain is not None
+    near, far = (taps.matrix(side.at, side.grid.count).astype(plain.real.dtype) for side in sides)
+    plain = near @ plain @ far.T
+    wide = along[0].of(plain, len(axes[0].nodes), along[1].places)
+    out = along[1].of(np.ascontiguousarray(wide.T), len(axes[1].nodes), axes[0].nodes)
+    filters = sqrt(read.missed / read.light) if read.light > 0 else 0.0
+    missed = hypot(filters, dropped, sqrt(3) * aim)
+    return out.real.copy(), out.imag.copy(), Remainder(None, missed)
+
+
+@dataclass(frozen=True)
+class _Side:
+    """Directions along an axis, as sines seen from the reference's centre.
+
+    centre, z : of the reference
+    grid : even sines that transforms go to
+    at : (n,) where on the grid the places are that are read, in steps
+    still : the place at which a point's rest is put on the point
+    """
+
+    centre: float
+    z: float
+    grid: Line
+    at: Floats
+    still: float
+
+    @property
+    def places(self) -> Floats:
+        """(count,) the grid's, in metres."""
+        s = self.grid.places
+        return np.asarray(self.centre + self.z * s / np.sqrt(1 - s * s))
+
+    def turn(self, p: Floats, deep: Floats) -> Floats:
+        """u of points at p, times the wavelength."""
+        return (p - self.centre) * (self.z / deep)
+
+    def path(self, t: Floats | float, p: Floats, deep: Floats) -> Floats:
+        """What s·u leaves of the path from points to places t, over that from the centre."""
+        own = np.asarray(t - self.centre)
+        sine = own / np.sqrt(own * own + self.z**2)
+        return _sagitta(t - p, deep) - _sagitta(own, self.z) + self.turn(p, deep) * sine
+
+    def swing(self, depths: Floats, z: float) -> float:
+        """Metres by which that differs, at most, over some depths."""
+        far = float(np.abs(self.places[[0, -1]] - self.centre).max())
+        return far * far / 4 * float(1 / depths[0] - 1 / depths[1]) if z > 0 else 0.0
+
+
+def _side(places: Floats, centre: float, z: float, widest: float, taps: Taps) -> _Side:
+    """A grid for the places that are read; widest : largest |u|."""
+    own = places - centre
+    s = own / np.sqrt(own * own + z * z)
+    low, high = float(s.min()), float(s.max())
+    step = min(taps.step(1.02 * widest), _LONGEST)
+    count = ceil((high - low) / step) + taps.count + 1
+    grid = Line(low - step * (taps.count // 2), step, count)
+    far = float(own[np.argmax(np.abs(own))])
+    return _Side(centre, z, grid, (s - grid.first) / step, centre + far / sqrt(2))
+
+
+def _sagitta(offset: Floats, z: Floats | float) -> Floats:
+    """√(offset² + z²) − z."""
+    square = offset * offset
+    return np.asarray(square / (np.sqrt(square + z * z) + z))
+
+
+def _slice(
+    cloud: PointCloud,
+    its: Reference,
+    sides: tuple[_Side, _Side],
+    plane: Plane,
+    tolerance: float,
+) -> tuple[Complexes, float] | None:
+    """(n_x, n_y) sums on the grid of sines, and what the series drops; None where it is long."""
+    x, y = sides
+    wavelength = plane.wavelength
+
+    def kernel(tx: Floats, ty: Floats, px: Floats, py: Floats, pw: Floats) -> tuple[Floats, Floats]:
+        pz = 1 / pw
+        z_x, z_y = its.along_x(pz), its.along_y(pz)
+        rest = x.path(tx, px, z_x) - x.path(x.still, px, z_x)
+        rest = rest + y.path(ty, py, z_y) - y.path(y.still, py, z_y)
+        radians, modulus = its.residual_parts(tx - px, ty - py, pz, wavelength)
+        return radians + 2 * pi / wavelength * rest, modulus
+
+    places = x.places, y.places
+    ends = [(float(t[0]), float(t[-1])) for t in places]
+    box = clusters.bounding_box(by_curvature(cloud.positions))
+    series = make_series(ends[0], ends[1], box, kernel, _SERIES * tolerance)
+    if series is None or series.terms > _MOST_TERMS:
+        return None
+    real: type[np.floating] = np.float32 if tolerance >= _SINGLE else np.float64
+    kind = np.result_type(real, np.complex64)
+    strength = np.empty((series.terms, len(cloud)), dtype=kind)
+    angles = [np.empty(len(cloud), dtype=real) for _ in range(2)]
+    for first in range(0, len(cloud), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        z = cloud.positions[part, 2]
+        cycles = its.start(z, wavelength) + cloud.phase[part] / (2 * pi)
+        deeps = its.along_x(z), its.along_y(z)
+        for side, p, deep, angle in zip(sides, cloud.positions[part].T[:2], deeps, angles,
+                                        strict=True):  # fmt: skip
+            turn, grid = side.turn(p, deep), side.grid
+            # The transform counts places from the grid's middle.
+            path = side.path(side.still, p, deep)
+            path -= turn * (grid.first + grid.step * (grid.count // 2))
+            cycles += path / wavelength
+            angle[part] = turn * (-2 * pi * grid.step / wavelength)
+        cycles -= np.rint(cycles)
+        wave = phasors(2 * pi * cycles, cloud.amplitude[part] * its.modulus(z)).astype(kind)
+        shares = series.at_points(by_curvature(cloud.positions[part])).astype(real)
+        np.multiply(shares, wave, out=strength[:, part])
+    sums = _transformed(angles, strength, (x.grid.count, y.grid.count), tolerance)
+    weights = series.on_nodes(*places, real)
+    plain = np.zeros(sums.shape[1:], dtype=kind)
+    for term, one in enumerate(sums):
+        cos, sin = weights.of(term)
+        plain += one * (cos + 1j * sin).T
+    return plain, series.dropped
+
+
+def _transformed(
+    angles: list[Reals], strength: Complexes, shape: tuple[int, int], tolerance: float
+) -> Complexes:
+    """(L, n_x, n_y) Σ_j strength_j·exp(i(k·angle_x + l·angle_y)), k and l from the middle."""
+    import finufft  # takes a while
+
+    # One thread: several would add the points up in another order each time.
+    plan = finufft.Plan(
+        1, shape, n_trans=len(strength), eps=tolerance, isign=1, dtype=strength.dtype.name,
+        nthreads=1, upsampfac=2.0,
+    )  # fmt: skip
+    plan.setpts(*angles)
+    return np.asarray(plan.execute(strength)).reshape(len(strength), *shape)
