@@ -1,5 +1,6 @@
 """`chrmc bench speed`: the low-rank forms timed on this machine."""
 
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,6 +9,8 @@ import click
 
 from chrmc.cli.arguments import slm_option, wavelength_option
 from chrmc.slm import SLM
+
+_DENSE = 16  # frames of the dense scene
 
 if TYPE_CHECKING:
     from chrmc.bench.reuse import Reuse
@@ -19,6 +22,13 @@ if TYPE_CHECKING:
 @click.option("--last", default=80, show_default=True, help="Last frame of the videos.")
 @click.option("--points", "most", default=1_000_000, show_default=True, help="Largest cloud.")
 @click.option(
+    "--endure",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Frames of long turns about three axes, and of ten bodies that cross.",
+)
+@click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
     default=None,
@@ -27,7 +37,13 @@ if TYPE_CHECKING:
 @slm_option
 @wavelength_option
 def command(
-    rounds: int, last: int, most: int, out: Path | None, slm: SLM, wavelength: float | None
+    rounds: int,
+    last: int,
+    most: int,
+    endure: int,
+    out: Path | None,
+    slm: SLM,
+    wavelength: float | None,
 ) -> None:
     """Time `curved` and object-centred CH-RMC, against a separable Fresnel product.
 
@@ -70,15 +86,41 @@ def command(
         for tolerance in (1e-3, 1e-5):
             encode = partial(encode_signal, scale=scale)
             tell(speed.videos(given, slm, wave, encode, tolerance, last))
+    if most >= 100_000:
+        given = load_scene("car-house-dense")
+        encode = partial(encode_signal, scale=video_scale(given, slm, wave, coding_for("ssb", slm)))
+        tell(speed.videos(given, slm, wave, encode, 1e-3, min(last, _DENSE)))
     from chrmc.bench import reuse
 
     for case in reuse.CASES:
         if case.points <= most:
             lines.append(_reused(reuse.reuse(case, slm, wave)))
             click.echo(lines[-1])
+    for line in _endured(endure, most, slm, wave):
+        lines.append(line)
     if out is not None:
         with replacing(out) as part:
             part.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _endured(frames: int, most: int, slm: SLM, wave: float) -> Iterator[str]:
+    """A line for every long turn, and one for many bodies."""
+    from chrmc.bench import endurance
+    from chrmc.progress import progress
+
+    if not frames:
+        return
+    turns = [(endurance.spinning(min(most, 100_000), frames), t) for t in (1e-2, 1e-3, 1e-4, 1e-5)]
+    for scene, tolerance in [*turns, (endurance.crossing(min(most, 10_000), frames), 1e-3)]:
+        made = endurance.endured(scene, slm, wave, tolerance)
+        *_, one = progress(made, scene.name, frames)
+        line = (
+            f"{one.name} at {one.tolerance:g}, {one.frames} frames, {one.keys} key: largest error "
+            f"{one.error:.2f} of the tolerance, {one.late:.0f} MiB held at most, {one.early:.0f} "
+            "in the first tenth"
+        )
+        click.echo(line)
+        yield line
 
 
 def _reused(case: "Reuse") -> str:

@@ -17,7 +17,7 @@ from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.assembly import Factor, add_field, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Line, Needs, axis_behind, make_axis
-from chrmc.cgh.curved.nonuniform import LEAST, nonuniform_baseband
+from chrmc.cgh.curved.nonuniform import MANY_POINTS, nonuniform_baseband
 from chrmc.cgh.curved.parallel import run_all, spread
 from chrmc.cgh.curved.predict import Budget, expected_error, light_of
 from chrmc.cgh.curved.series import Remainder, Series, make_series
@@ -164,7 +164,7 @@ def sum_points(
     """
     box = clusters.bounding_box(cloud.positions)
     nodes = len(axes[0].nodes), len(axes[1].nodes)
-    if len(cloud) >= LEAST and not leaf:
+    if len(cloud) >= MANY_POINTS and not leaf:
         made = nonuniform_baseband(cloud, axes, reference, plane, tolerance)
         if made is not None:
             return made

@@ -4,7 +4,8 @@ Nothing else of the package is promised. In the order of the computation, see do
 
 plan      `plane_of` and `lines_of` say what is planned for, `reference_at` takes the wave out,
           `cluster_axes` gives the nodes (`Axis`, in runs read by blocks), `part_of` some of them
-sum       `sum_points` gives the baseband at nodes, for `cost_of_sums`; `make_series`, `chebyshev`
+sum       `sum_points` gives the baseband at nodes, for `cost_of_sums`, by transforms from
+          `MANY_POINTS` on; `make_series`, `chebyshev`
           and `interpolation` are its parts, for sums at other places than a hologram's nodes
 edges     `readings_of` says how nodes are read off a baseband without footprints, by filters
 taps      `taps_for`, `fewer`: reading waves of limited frequency off an even grid
@@ -33,6 +34,7 @@ from chrmc.cgh.curved.clusters import Plane, bounding_box, cost_of_sums, referen
 from chrmc.cgh.curved.cost import cost_of, pixels_from
 from chrmc.cgh.curved.edge import Reading, readings_of
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
+from chrmc.cgh.curved.nonuniform import MANY_POINTS
 from chrmc.cgh.curved.parallel import alone, spread
 from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
 from chrmc.cgh.curved.series import Remainder, Series, make_series
@@ -41,6 +43,7 @@ from chrmc.cgh.curved.verify import SURE, measured_error, waves_looked_at
 from chrmc.cgh.curved.wave import Kernel, Reference, Wave, axis_cycles, phasor, phasors
 
 __all__ = [
+    "MANY_POINTS",
     "SURE",
     "Axes",
     "Axis",

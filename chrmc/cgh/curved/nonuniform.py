@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 Reals = NDArray[np.floating]
 Complexes = NDArray[np.complexfloating]
 
-LEAST = 30_000
+MANY_POINTS = 30_000
 """Points from which transforms are quicker than sub-clusters."""
 _FILTER_SHARE = 0.75  # of the tolerance, of which filters take three quarters
 _SHARE = 0.15  # for each of the taps along x and y, and the transforms

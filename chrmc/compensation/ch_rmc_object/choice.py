@@ -12,7 +12,13 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.interface import Line, Plane, bounding_box, cost_of_sums
+from chrmc.cgh.curved.interface import (
+    MANY_POINTS,
+    Line,
+    Plane,
+    bounding_box,
+    cost_of_sums,
+)
 from chrmc.compensation.ch_rmc_object.chart import View, Views, mean_rotation
 from chrmc.compensation.ch_rmc_object.grid import Grid, make_grid
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, views_ahead
@@ -31,6 +37,7 @@ MOST_VALUES = 100_000_000
 _ENTRY, _PLACE, _LOOK, _TAP = 500.0, 300.0, 3000.0, 250.0
 _CALL, _SERIES, _FRAME = 5e6, 2.5e8, 3e8
 _POINT = 1e5  # a point of a fresh sum besides its products: sorting, soft edges, the look at pixels
+_TRANSFORMS = 6.5e9, 9e4  # a fresh sum by non-uniform Fourier transforms, and a point of it
 _TERMS = 2.0  # of a tile's series, about
 _WAIT = 32  # frames until reuse is thought of again, which takes as long as a small frame
 _MOST_PARTS = 64
@@ -90,6 +97,8 @@ def choose(
     nodes = len(plan.axes[0].nodes), len(plan.axes[1].nodes)
     fresh = cost_of_sums(bounding_box(thing.cloud.positions), count, nodes, plane)
     fresh += _SERIES + _POINT * count
+    if count >= MANY_POINTS and not any(plan.from_points):
+        fresh = min(fresh, _TRANSFORMS[0] + _TRANSFORMS[1] * count)
     best = _Way(np.inf, None, _WAIT)
     parts: Parts = (1, 1, 1)
     for frames in _lengths(len(poses)):

@@ -1,9 +1,14 @@
 """The bench of reuse: its bodies, and that it measures what it says."""
 
 import numpy as np
+import pytest
 
 from chrmc import SLM, WAVELENGTH
+from chrmc.bench.endurance import crossing, endured
 from chrmc.bench.reuse import Case, ellipsoid_scene, reuse
+from chrmc.bench.rivals import corrected_signal
+from chrmc.encoding import coding_for
+from chrmc.reference import reference_samples
 
 PANEL = SLM("a quarter of the paper's", 320, 200, 16e-6)
 CASE = Case((8e-4, 4e-4, 5e-4), 400, 0.2, 0.5, 4)
@@ -24,3 +29,21 @@ def test_both_ways_are_timed_and_checked() -> None:
     assert row.later > 0 and row.fresh > 0 and row.first > 0 and 0 < row.ratio < 100
     assert row.error <= 1e-3
     assert "what it would cost afresh" in row.how[0] and "sphere" in row.how[1]
+
+
+@pytest.mark.parametrize(("terms", "error"), [(2, 6e-4), (3, 1e-5)])
+def test_the_rivals_are_as_exact_as_they_are_said_to_be(terms: int, error: float) -> None:
+    coding = coding_for("ssb", PANEL)
+    cloud = ellipsoid_scene(CASE).frame(1).cloud
+    signal = corrected_signal(cloud, PANEL, WAVELENGTH, coding, terms)
+    rows, columns = np.random.default_rng(0).integers(0, (200, 320), (300, 2)).T
+    truth = reference_samples(cloud, PANEL, WAVELENGTH, rows, columns, passband=coding.passband)
+    truth *= np.exp(2j * np.pi * coding.carrier * PANEL.y(rows))
+    assert np.linalg.norm(signal[rows, columns] - truth.real) <= error * np.linalg.norm(truth.real)
+
+
+def test_bodies_that_cross_hide_one_another_and_are_looked_at_in_every_frame() -> None:
+    scene = crossing(200, 4, bodies=3)
+    assert len(scene.frame(2).objects) == 3
+    *_, last = endured(scene, PANEL, WAVELENGTH, 1e-2)
+    assert last.frames == 4 and 0 < last.error <= 1 and last.keys >= 1

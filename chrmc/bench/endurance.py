@@ -1,0 +1,131 @@
+"""Long turns and many bodies on the object surface: every frame's error, and the memory held."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import chrmc
+from chrmc.bench.speed import most_held
+from chrmc.encoding import coding_for
+from chrmc.reference import reference_samples, relative_error
+from chrmc.scene.point_scene import PointScene
+from chrmc.scene.points import PointCloud
+from chrmc.scene.scene import Pose, Scene
+from chrmc.slm import SLM
+
+_PIXELS = 60
+_FEW = 3e6  # waves that a frame is looked at with, at most
+
+
+@dataclass(frozen=True)
+class Endured:
+    """What came of some frames.
+
+    error : the largest, over the tolerance
+    early, late : MiB that the process held at most, in a tenth of the frames and in all
+    keys : frames in which some object was computed from its points
+    """
+
+    name: str
+    tolerance: float
+    frames: int
+    error: float
+    early: float
+    late: float
+    keys: int
+
+
+def _ellipsoid(points: int, size: tuple[float, float, float], seed: int) -> PointCloud:
+    """Twice so many points on an ellipsoid: half of them are seen."""
+    random = np.random.default_rng(seed)
+    way = random.normal(size=(2 * points, 3))
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    return PointCloud(
+        way * (np.array(size) / 2),
+        random.uniform(0.5, 1, len(way)),
+        random.uniform(0, 2 * np.pi, len(way)),
+    )
+
+
+def spinning(points: int, frames: int) -> Scene:
+    """A body the size of the car that turns about all three axes, each at its own pace."""
+    body = _ellipsoid(points, (1.6e-3, 7e-4, 8e-4), 1)
+    angles = np.deg2rad(np.outer(np.arange(frames), (0.3, 0.23, 0.11)))
+    turns = Rotation.from_euler("yxz", angles).as_matrix()
+    poses = [Pose(turn, np.array([1e-3, 5e-4, 0.25])) for turn in turns]
+    normal = body.positions / np.array([1.6e-3, 7e-4, 8e-4]) ** 2
+    return PointScene("spin", {"body": body}, {"body": poses}, {"body": _Facing(normal, poses).of})
+
+
+def crossing(points: int, frames: int, bodies: int = 10) -> Scene:
+    """Bodies with motions of their own that pass in front of one another: those behind are hid."""
+    random = np.random.default_rng(2)
+    clouds, poses, seen = {}, {}, {}
+    size = np.array([8e-4, 6e-4, 6e-4])
+    ways: list[list[Pose]] = []
+    for number in range(bodies):
+        start = random.uniform([-5e-3, -2.5e-3, 0], [5e-3, 2.5e-3, 0])
+        place = np.linspace(start, -start, frames) + [0, 0, 0.24 + 3e-3 * number]
+        axis = random.normal(size=3)
+        axis *= np.deg2rad(0.4) / np.linalg.norm(axis)
+        ways.append(
+            [Pose(Rotation.from_rotvec(axis * k).as_matrix(), at) for k, at in enumerate(place)]
+        )
+    for number, own in enumerate(ways):
+        name = f"body {number}"
+        clouds[name] = _ellipsoid(points, (size[0], size[1], size[2]), number)
+        poses[name] = own
+        normal = clouds[name].positions / size**2
+        seen[name] = _Facing(normal, own, clouds[name].positions, ways[:number], size).of
+    return PointScene("crossing", clouds, poses, seen)
+
+
+@dataclass(frozen=True, eq=False)
+class _Facing:
+    """Points towards the hologram, and not behind a body that stands before them."""
+
+    normal: np.ndarray
+    poses: list[Pose]
+    positions: np.ndarray | None = None
+    before: list[list[Pose]] | None = None
+    size: np.ndarray | None = None
+
+    def of(self, number: int) -> np.ndarray:
+        """(N,) which are seen in a frame."""
+        pose = self.poses[number - 1]
+        out = (self.normal @ pose.rotation.T)[:, 2] < 0
+        if self.positions is not None and self.before is not None and self.size is not None:
+            world = pose.apply(self.positions)
+            for other in self.before:
+                its = other[number - 1]
+                half = np.sqrt((its.rotation**2) @ (self.size / 2) ** 2)[:2]
+                off = (world[:, :2] - its.translation[:2]) / half
+                out &= np.sum(off * off, axis=1) > 1
+        return np.asarray(out)
+
+
+def endured(
+    scene: Scene, slm: SLM, wavelength: float, tolerance: float = 1e-3
+) -> Iterator[Endured]:
+    """Frame after frame, what came of all until then."""
+    coding = coding_for("ssb", slm)
+    random = np.random.default_rng(0)
+    worst, early, keys = 0.0, 0.0, 0
+    made = chrmc.video(
+        scene, slm, wavelength, compensation="ch-rmc-object", coding=coding, tolerance=tolerance
+    )
+    for frame in made:
+        pixels = int(np.clip(_FEW / max(len(frame.cloud), 1), 24, _PIXELS))
+        rows = random.integers(0, slm.height, pixels)
+        columns = random.integers(0, slm.width, pixels)
+        truth = reference_samples(
+            frame.cloud, slm, wavelength, rows, columns, passband=coding.passband
+        )
+        worst = max(worst, relative_error(frame.field[rows, columns], truth) / tolerance)
+        keys += frame.record.key
+        held = most_held() / 2**20
+        if frame.number <= max(1, scene.frame_count // 10):
+            early = held
+        yield Endured(scene.name, tolerance, frame.number, worst, early, held, keys)
