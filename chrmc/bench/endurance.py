@@ -67,7 +67,7 @@ def crossing(points: int, frames: int, bodies: int = 10) -> Scene:
     ways: list[list[Pose]] = []
     for number in range(bodies):
         start = random.uniform([-5e-3, -2.5e-3, 0], [5e-3, 2.5e-3, 0])
-        place = np.linspace(start, -start, frames) + [0, 0, 0.24 + 3e-3 * number]
+        place = np.linspace(start, -start, frames) + np.array([0, 0, 0.24 + 3e-3 * number])
         axis = random.normal(size=3)
         axis *= np.deg2rad(0.4) / np.linalg.norm(axis)
         ways.append(
