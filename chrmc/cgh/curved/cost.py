@@ -13,6 +13,7 @@ from chrmc.cgh.curved.baseband import Axes
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import SMALL
 from chrmc.cgh.curved.nodes import Line
+from chrmc.cgh.curved.nonuniform import MANY_POINTS, readable
 from chrmc.cgh.curved.verify import waves_looked_at
 from chrmc.cgh.curved.wave import Reference
 from chrmc.scene.points import PointCloud
@@ -29,6 +30,7 @@ _HOLOGRAM, _CLUSTER, _LEAF, _TERM = 3000.0, 6000.0, 8000.0, 150.0
 _NODE, _BLOCK = 320.0, 60.0
 _ENTRY, _WAVE = 3.0, 8.0
 _TIGHT, _AGAIN = 2e-5, 1.4  # tolerances that take a second attempt, now and then
+_TRANSFORMED, _TRANSFORMS = 200.0, 5e4  # phasors of a point that is transformed, steps beside
 _THIN, _SHORT = 1.5, 60.0  # small products against the machine's best; points of short ones
 
 
@@ -75,6 +77,10 @@ def _of_cluster(
         return total
     total += pixels_from(axes, lines[0].count)
     nodes = len(axes[0].nodes), len(axes[1].nodes)
+    if len(cloud) >= MANY_POINTS and readable(some, axes, reference, plane, tolerance):
+        return total + OperationCounts(
+            phasors=_TRANSFORMED * len(cloud), calls=_TRANSFORMS, memory=140.0 * len(cloud)
+        )
     grid = clusters.leaf_grid(box, len(cloud), nodes, plane)
     if grid == (1, 1):
         return total + _of_sums(cloud, axes, reference, plane, tolerance)

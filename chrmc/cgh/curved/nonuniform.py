@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.clusters import Plane
-from chrmc.cgh.curved.edge import readings_of
+from chrmc.cgh.curved.edge import Readings, readings_of
 from chrmc.cgh.curved.nodes import Axis, Line
 from chrmc.cgh.curved.parallel import spread
 from chrmc.cgh.curved.series import Remainder, make_series
@@ -41,6 +41,26 @@ _TRIED = 2000  # points that stand for all when filters are tried
 _CHUNK = 1 << 15  # points whose strengths are worked out at once: they fit the second cache
 
 
+def readable(
+    cloud: PointCloud,
+    axes: tuple[Axis, Axis],
+    reference: Reference,
+    plane: Plane,
+    tolerance: float,
+) -> Readings | None:
+    """How nodes are read off the plain baseband; None where no filter is good enough for edges."""
+    lines = tuple(
+        Line(first, (last - first) / max(count - 1, 1), count) for first, last, count in
+        (plane.x, plane.y)
+    )  # fmt: skip
+    some = cloud.select(slice(None, None, max(1, len(cloud) // _TRIED)))
+    box, aim = clusters.bounding_box(cloud.positions), _FILTER_SHARE * tolerance
+    read = readings_of(axes, reference, box, some, (lines[0], lines[1]), plane, aim)
+    if any(read.from_points) or not all(len(one.places) for one in read.along):
+        return None
+    return read
+
+
 def nonuniform_baseband(
     cloud: PointCloud,
     axes: tuple[Axis, Axis],
@@ -52,19 +72,10 @@ def nonuniform_baseband(
 
     None where no filter is good enough for the soft edges, or the rest takes a long series.
     """
-    lines = tuple(
-        Line(first, (last - first) / max(count - 1, 1), count) for first, last, count in
-        (plane.x, plane.y)
-    )  # fmt: skip
-    every = max(1, len(cloud) // _TRIED)
-    some = cloud.select(slice(None, None, every))
-    box = clusters.bounding_box(cloud.positions)
-    read = readings_of(
-        axes, reference, box, some, (lines[0], lines[1]), plane, _FILTER_SHARE * tolerance
-    )
-    along = read.along
-    if any(read.from_points) or not all(len(one.places) for one in along):
+    read = readable(cloud, axes, reference, plane, tolerance)
+    if read is None:
         return None
+    box, along = clusters.bounding_box(cloud.positions), read.along
     aim = _SHARE * tolerance
     taps = taps_for(aim)
     sides: list[_Side] = []
