@@ -178,9 +178,8 @@ def field_of(
     """(H, W) complex64 field from factors, on top of a copy of `base`."""
     x, y = slm.x(window.columns), slm.y(window.rows)
     out = np.zeros(window.shape, dtype=np.complex64) if base is None else base.copy()
-    for number, part in enumerate(parts):
-        along_x, along_y = _reference_waves(part, x, y, wavelength)
-        add_field(out, part, along_x, along_y, add=number > 0 or base is not None)
+    for part in parts:
+        add_field(out, part, *_reference_waves(part, x, y, wavelength))
     return out
 
 

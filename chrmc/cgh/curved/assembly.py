@@ -203,9 +203,8 @@ def add_field(
     factor: Factor,
     x: Phase,
     y: Phase,
-    add: bool,
 ) -> None:
-    """Put (or add) A_y·M·A_x on the targets of `out`."""
+    """Add A_y·M·A_x to the targets of `out`."""
     wide, pieces = expand_columns(factor, x)
     run_all(pieces)
     columns = factor.axis_x.targets
@@ -218,16 +217,12 @@ def add_field(
         np.multiply(part[:, 1], _MINUS, out=rows[:, 1].real)
         rows[:, 1].imag = part[:, 0]
         cos, sin = y[0][block.targets, None], y[1][block.targets, None]
-        place = out[block.targets, columns]
         if block.matrix is None:
             values = rows[:, 0] * cos.astype(np.float32) + rows[:, 1] * sin.astype(np.float32)
         else:
             # The interleaved real and imaginary columns are plain columns to sgemm.
             left = _interleaved(block.matrix, cos, sin)
             values = (left @ rows.reshape(2 * n, -1).view(np.float32)).view(np.complex64)
-        if add:
-            place += values
-        else:
-            place[:] = values
+        out[block.targets, columns] += values
 
     spread(put, factor.axis_y.blocks)

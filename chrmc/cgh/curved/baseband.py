@@ -205,7 +205,7 @@ def sum_points(
         still_x, still_y = ((np.ones(n), np.zeros(n)) for n in nodes)
         for level, small in zip(levels[1:], others, strict=True):
             carried = Factor(level.axis_x, level.axis_y, reference, *_single(*small))
-            add_field(more, carried, still_x, still_y, add=True)
+            add_field(more, carried, still_x, still_y)
         np.add(fine[0], more.real, out=fine[0])
         np.add(fine[1], more.imag, out=fine[1])
     return *fine, missed
@@ -292,7 +292,7 @@ def _from_leaves(
         turn_x = phasor(reference_cycles(x, centre.x, centre.z_x, plane.wavelength) - own_x)
         turn_y = phasor(reference_cycles(y, centre.y, centre.z_y, plane.wavelength) - own_y)
         with lock:
-            add_field(total, factor, turn_x, turn_y, add=True)
+            add_field(total, factor, turn_x, turn_y)
         dropped = missed.series.dropped if missed.series is not None else 0.0
         return hypot(dropped, missed.relative)
 

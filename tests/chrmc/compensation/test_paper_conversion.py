@@ -31,6 +31,24 @@ def test_the_paper_s_figures() -> None:
     assert one_pixel_distance(8.1e-6, WAVELENGTH) == pytest.approx(246.5e-6, abs=1e-7)
 
 
+def test_the_least_radius_that_is_told_is_the_least_that_passes() -> None:
+    with pytest.warns(UserWarning, match=r"take at least ([\d.]+) mm") as told:
+        check_radius(0.1, LC_R_1080, WAVELENGTH)
+    least = float(str(told[0].message).split("at least ")[1].split(" mm")[0]) * 1e-3
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_radius(1.001 * least, LC_R_1080, WAVELENGTH)
+        with pytest.raises(UserWarning, match="bulges"):
+            check_radius(0.998 * least, LC_R_1080, WAVELENGTH)
+
+
+def test_the_gap_reaches_to_the_circles_ends() -> None:
+    z0 = sagitta(0.1, WIDTH)
+    np.testing.assert_allclose(gap(np.array([-0.1, 0.1]), 0.1, z0), z0 - 0.1)
+    with pytest.raises(ValueError, match="ends before"):
+        gap(np.array([0.1001]), 0.1, z0)
+
+
 @given(st.floats(0.008, 10), st.floats(-1, 1))
 def test_the_gap_ends_on_the_circle(radius: float, share: float) -> None:
     # The plane's chord stands z0 in front of the circle's nearest point: a point that goes z(x)

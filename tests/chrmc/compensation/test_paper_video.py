@@ -204,6 +204,19 @@ def test_rekey_on_field_error(long_arc: PointScene) -> None:
     assert keys.index(True, 1) == next(i for i, e in enumerate(free) if e > limit)
 
 
+def test_reuse_is_measured_where_it_is_asked_for_or_decides(long_arc: PointScene) -> None:
+    def errors(**options: Any) -> list[float | None]:
+        made = chrmc.video(
+            long_arc, PANEL, cgh="rt", compensation="ch-rmc-paper", radius=0.24, frames=(1, 3),
+            **options,
+        )  # fmt: skip
+        return [frame.record.error_reuse for frame in made]
+
+    assert errors() == [None] * 3
+    decided = errors(rekey_error=1e-6)
+    assert all(error is not None and error <= 1e-6 for error in decided)
+
+
 def test_rekey_on_images(long_arc: PointScene) -> None:
     def measure(field: np.ndarray, again: np.ndarray, scene_frame: Any) -> dict[str, Any]:
         return {"car": {"psnr": -20 * np.log10(relative_error(field, again) + 1e-9)}}
