@@ -20,6 +20,7 @@ class FrameRecord:
     reuse : object name to where its light came from, and why
     stage_seconds : stage name to seconds; the paper's stages are PE, PA, CON, RMC, HC, EC
     error_reference : relative L2 field error against the float64 truth, on sampled pixels
+    error_pixels : how many pixels that was measured on
     error_reuse : the same against full recomputation with the same CGH method
     error_predicted : what the method itself expected `error_reference` to be
     objects : per object {name, position (x, y, z), depth, …}
@@ -36,6 +37,7 @@ class FrameRecord:
     reuse: dict[str, str] = field(default_factory=dict)
     stage_seconds: dict[str, float] = field(default_factory=dict)
     error_reference: float | None = None
+    error_pixels: int = 0
     error_reuse: float | None = None
     error_predicted: float | None = None
     objects: list[dict[str, Any]] = field(default_factory=list)

@@ -13,6 +13,7 @@ SUBCOMMANDS: dict[str, tuple[str, str]] = {
     "tradeoff": ("chrmc.cli.bench_tradeoff", "Time against error of every method and setting."),
     "extremes": ("chrmc.cli.bench_extremes", "Promises tried at the ends of every range."),
     "speed": ("chrmc.cli.bench_speed", "The low-rank methods timed on this machine."),
+    "plan": ("chrmc.cli.bench_plan", "What `chrmc plan` expects against what is measured."),
     "encodings": ("chrmc.cli.bench_encodings", "Efficiency and error of every encoding."),
     "propagation": ("chrmc.cli.bench_propagation", "Propagation against independent ones."),
 }

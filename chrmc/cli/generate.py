@@ -24,9 +24,15 @@ from chrmc.slm import SLM
 @click.option(
     "--check-pixels",
     type=click.IntRange(0),
-    default=256,
+    default=None,
+    help="Pixels per frame on which the error is measured; 0 for none. [as many as fit]",
+)
+@click.option(
+    "--check-share",
+    type=click.FloatRange(0, 1),
+    default=0.05,
     show_default=True,
-    help="Pixels per frame on which the error is measured; 0 for none.",
+    help="Of the time, for measuring errors: as many pixels and frames as that allows.",
 )
 @click.option("--png", is_flag=True, help="Write PNG, smaller and slower than TIFF.")
 @click.option(

@@ -7,6 +7,7 @@ from typing import Any
 
 from chrmc.cgh import Method
 from chrmc.compensation import VideoMethod
+from chrmc.generation.checking import SHARE
 from chrmc.generation.colour import make_in_light
 from chrmc.response import GreyResponse
 from chrmc.scene.origin import opened
@@ -29,7 +30,8 @@ def generate(
     frames: tuple[int, int] | None = None,
     encoding: str = "ssb",
     response: GreyResponse | str | PathLike[str] | None = None,
-    check_pixels: int = 256,
+    check_pixels: int | None = None,
+    check_share: float = SHARE,
     group: int | None = None,
     png: bool = False,
     force: bool = False,
@@ -53,7 +55,9 @@ def generate(
     frames : (first, last), inclusive, from 1; default all
     encoding : see `display.encode`
     response : the panel's grey response, or the CSV file of one; default linear
-    check_pixels : pixels per frame on which the error is measured; 0 for none
+    check_pixels : pixels per frame on which the error is measured, 0 for none; default as many, of
+        as many frames, as `check_share` of the time allows, the scene's first and last frame and
+        the first of each group always
     group : frames after which a new key frame begins, whatever is made of them and in which order
     png : write PNG, smaller and slower than TIFF
     force : replace another video in the folder, once the new one stands
@@ -76,6 +80,7 @@ def generate(
         response=response,
         settings=options,
         check_pixels=check_pixels,
+        check_share=check_share,
         group=group,
         source=source,
     )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from chrmc.cgh import method_named
 from chrmc.compensation.frame import VideoFrame
 from chrmc.files import told_when_full
+from chrmc.generation.checking import Check
 from chrmc.generation.recipe import CHECK_SEED, Recipe, describe
 from chrmc.light_map import LightMap
 from chrmc.optics.footprint import coverage
@@ -214,6 +215,8 @@ def make_group(
             if frame.number in wanted:
                 levels = grey_levels(frame, recipe, scale)
                 frame.record.error_reference = measured_error(frame, recipe)
+                if frame.record.error_reference is not None:
+                    frame.record.error_pixels = recipe.check_pixels
                 with_boxes(frame, recipe)
                 writer.add(frame.record, levels)
                 yield frame.number
@@ -249,7 +252,8 @@ def measured_error(frame: VideoFrame, recipe: Recipe) -> float | None:
 
     Of the complex field; of the coded real signal where the method made only that.
     """
-    if recipe.check_pixels < 1:
+    check = Check(recipe.check_pixels, recipe.check_every)
+    if not check.includes(frame.number, recipe.scene.frame_count, recipe.group):
         return None
     slm, coding = recipe.slm, recipe.coding
     rng = np.random.default_rng([CHECK_SEED, frame.number])

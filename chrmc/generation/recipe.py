@@ -13,6 +13,7 @@ from chrmc.compensation import VideoMethod, chosen, frames_by, scene_wavelength
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import Coding, coding_for
 from chrmc.generation.auto import Taken, is_auto, stored_methods, taken
+from chrmc.generation.checking import SHARE, SHARES, Check, check_within, stored_check
 from chrmc.planning.choices import GROUP
 from chrmc.python_file import identity, is_python_name, one_line
 from chrmc.ranges import Count, short
@@ -36,6 +37,7 @@ class Recipe:
     group : the video is cut after every so many frames; each group begins with a key frame and
         depends on nothing outside it
     auto : how the methods were chosen, where they were not named
+    check_pixels, check_every : see `Check`
     """
 
     scene: Scene
@@ -50,6 +52,7 @@ class Recipe:
     source: str | Origin | None = None
     group: int = GROUP
     auto: Taken | None = None
+    check_every: int = 1
 
     @property
     def coding(self) -> Coding:
@@ -88,14 +91,17 @@ def recipe_for(
     gamma: float | None = None,
     response: GreyResponse | str | PathLike[str] | None = None,
     settings: tuple[tuple[str, Any], ...] | Mapping[str, Any] = (),
-    check_pixels: int = 256,
+    check_pixels: int | None = None,
+    check_share: float = SHARE,
     group: int | None = None,
     source: str | Origin | None = None,
     folder: Path | None = None,
 ) -> Recipe:
     """The recipe that these choices mean; ValueError where they do not fit together.
 
-    folder : of the video, whose manifest says what `auto` was when it was begun
+    check_pixels : on which each frame's error is measured; default as many, of as many frames, as
+        `check_share` of the time allows
+    folder : of the video, whose manifest says what `auto` and the check were when it was begun
     """
     scene = as_scene(scene)
     if not isinstance(slm, SLM):
@@ -122,6 +128,16 @@ def recipe_for(
     if group is None:
         # Frames that owe each other nothing are groups of their own.
         group = 1 if compensation == "none" else GROUP
+    if check_pixels is None:
+        check = None if folder is None else stored_check(folder)
+        if check is None:
+            with one_line(source, cgh, compensation):
+                check = check_within(
+                    SHARES.of(check_share), scene, slm, light, coding.passband, cgh, compensation,
+                    options,
+                )  # fmt: skip
+    else:
+        check = Check(CHECK_COUNT.of(check_pixels))
     return Recipe(
         scene,
         slm,
@@ -130,11 +146,12 @@ def recipe_for(
         compensation,
         {name: python_number(value) for name, value in options.items()},
         encoding,
-        CHECK_COUNT.of(check_pixels),
+        check.pixels,
         grey,
         source,
         GROUP_COUNT.of(group),
         auto,
+        check.every,
     )
 
 
@@ -167,7 +184,8 @@ def describe(recipe: Recipe) -> dict[str, Any]:
         "passband": asdict(coding.passband),
         "group": recipe.group,
         "response": (recipe.response or GreyResponse.linear()).as_dict(),
-        "error_check": {"pixels": recipe.check_pixels, "seed": CHECK_SEED},
+        "error_check": {"pixels": recipe.check_pixels, "seed": CHECK_SEED}
+        | ({"every": recipe.check_every} if recipe.check_every > 1 else {}),
     }
     if is_python_name(recipe.source):
         description["scene"]["source"] = identity(recipe.source)

@@ -22,6 +22,7 @@ AIM = 0.7
 """Of the tolerance: one key frame has to do for many frames, the worst included."""
 _CHOSEN = 2  # moving objects whose choice is worked out; it stands for the others
 _KEY = 8.0  # what a key frame takes beyond later ones, in frames' worth of sums afresh
+_CHOOSE = 4e4  # steps of Python of the choice itself
 _LOOK_UP = 8000.0  # steps of Python of an object that is looked up
 _WAVE = 8.0  # of a look at some pixels, in phasors
 
@@ -83,8 +84,10 @@ def cost(
         else:
             choice = min(chosen, key=lambda c: abs(c[0] - len(thing.cloud)))[1]
             choice = replace(choice, why=f"as for a body of {chosen[-1][0]} points: {choice.why}")
+        once = OperationCounts(calls=_CHOOSE)
         if choice.parts is None:
-            out.append(ObjectCost(thing.name, fresh, fresh, f"afresh: {choice.why}"))
+            mean = fresh + once.times(1 / min(frames, choice.frames))
+            out.append(ObjectCost(thing.name, fresh + once, mean, f"afresh: {choice.why}"))
             continue
         shown = pixels_from(plan.axes, lines[0].count)
         # Looked up, it takes the counted share of what summing its points would.
@@ -92,7 +95,7 @@ def cost(
         mean = sums.times(choice.reused / choice.fresh) + shown + OperationCounts(
             phasors=_WAVE * looked_at(len(thing.cloud)), calls=_LOOK_UP
         )  # fmt: skip
-        key = mean + sums.times(_KEY)
+        key = mean + sums.times(_KEY) + once
         out.append(ObjectCost(thing.name, key, mean, choice.why))
     return out
 

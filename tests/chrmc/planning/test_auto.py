@@ -8,6 +8,8 @@ import pytest
 
 import chrmc
 from chrmc.generation import auto
+from chrmc.generation.checking import Check
+from chrmc.generation.recipe import recipe_for
 from chrmc.planning import choices
 from chrmc.planning.rates import KINDS, Rates
 
@@ -62,3 +64,27 @@ def test_video_keeps_the_tolerance() -> None:
     for frame in chrmc.video(given, PANEL, cgh="auto", compensation="auto", tolerance=1e-4):
         truth = chrmc.reference_field(frame.cloud, PANEL, 532e-9)
         assert chrmc.relative_error(frame.field, truth) < 1e-4
+
+
+def test_the_error_check_keeps_to_its_share(tmp_path: Path) -> None:
+    many = chrmc.PointCloud(
+        np.random.default_rng(2).normal(0, 3e-4, (30_000, 3)), np.ones(30_000), np.zeros(30_000)
+    )
+    poses = [chrmc.Pose(np.eye(3), [0, 0, 0.25])] * 20
+    crowd = chrmc.PointScene("crowd", {"body": many}, {"body": poses})
+    recipes = [recipe_for(crowd, PANEL, check_share=share, compensation="none") for share in (0.0, 0.001, 0.05, 1.0)]
+    none, little, usual, much = (Check(r.check_pixels, r.check_every) for r in recipes)
+    assert none.pixels == 0 and not none.includes(1, 20, 96)
+    assert little.every > usual.every or little.pixels < usual.pixels
+    assert much.pixels >= usual.pixels and much.every <= usual.every
+    assert little.includes(1, 20, 96) and little.includes(20, 20, 96)
+    assert Check(16, 1000).includes(97, 200, 96) and not Check(16, 1000).includes(98, 200, 96)
+
+
+def test_a_stored_check_is_kept_and_told(tmp_path: Path) -> None:
+    video = chrmc.generate(scene(), tmp_path / "v", slm=PANEL)
+    errors = [entry["error_reference"] for entry in video.frames]
+    pixels = [entry["error_pixels"] for entry in video.frames]
+    assert errors[0] is not None and errors[-1] is not None and pixels[0] >= 16
+    again = chrmc.generate(scene(), tmp_path / "v", slm=PANEL, check_share=0.5)
+    assert again.frames == video.frames  # as it was begun
