@@ -131,9 +131,9 @@ def one_core() -> Iterator[None]:
 
 def rows(case: Case) -> Iterator[Row]:
     """A scene at each tolerance, then with a budget."""
-    scene = case.make()
-    last = min(case.frames, scene.frame_count)
-    scene.frame(1), scene.frame(last)
+    made = case.make()
+    last = min(case.frames, made.frame_count)
+    scene: Any = _Kept(made)
     measured: dict[tuple[str, str, float | None], tuple[float, float]] = {}
 
     def measure(choice: Choice) -> tuple[float, float]:
@@ -169,6 +169,8 @@ def _planned(
     scene: Scene, slm: SLM, last: int, tolerance: float | None = None, budget: float | None = None
 ) -> tuple[Plan, float]:
     machine_rates()
+    for number in range(1, last + 1):
+        scene.frame(number)
     start = time.process_time()
     found = plan(scene, slm, tolerance=tolerance, budget=budget, frames=(1, last))
     return found, time.process_time() - start
@@ -176,13 +178,12 @@ def _planned(
 
 def _measured(scene: Scene, slm: SLM, choice: Choice, last: int) -> tuple[float, float]:
     """Seconds per frame on the average, the scene's own aside, and the last frame's error."""
-    given: Any = _Kept(scene)
     recipe = recipe_for(
-        given, slm, cgh=choice.cgh, compensation=choice.compensation, settings=dict(choice.options)
+        scene, slm, cgh=choice.cgh, compensation=choice.compensation, settings=dict(choice.options)
     )
     scale = video_scale(scene, slm, recipe.wavelength, recipe.coding) if last < 3 else 1.0
     for number in range(1, last + 1):
-        given.frame(number)
+        scene.frame(number)
     spent, best, error = 0.0, np.inf, 0.0
     for _ in range(2):
         start = time.process_time()

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from chrmc.cli.arguments import by_panel, recipe_options
+from chrmc.cli.budget import Budget
 from chrmc.cli.play import show, surface_options
 from chrmc.cli.scene_options import SCENE_NAMES, scene_from, scene_options, things_argument
 from chrmc.slm import SLM
@@ -18,6 +19,18 @@ from chrmc.slm import SLM
 @scene_options
 @click.option("--loop", is_flag=True, help="Begin again after the last frame.")
 @click.option("--ahead", type=int, default=3, show_default=True, help="Frames made ahead.")
+@click.option(
+    "--budget",
+    type=Budget(),
+    default=None,
+    help="Time per frame, or frames per second, that is kept by loosening the tolerance.",
+)
+@click.option(
+    "--loosest",
+    type=float,
+    default=None,
+    help="Largest tolerance that --budget may come to. [1e-2, or --tolerance]",
+)
 @surface_options
 def command(
     things: tuple[str, ...],
@@ -27,6 +40,8 @@ def command(
     form: str,
     loop: bool,
     ahead: int,
+    budget: float | None,
+    loosest: float | None,
     **rest: Any,
 ) -> int:
     """Generate THING and show it at once: on a monitor, in a window, or headless.
@@ -34,9 +49,12 @@ def command(
     THING is what `chrmc generate` takes.
 
     A thread makes the frames, the player shows each as soon as it is there and its flip has come.
-    At the end it says which rate was reached and what limited it.
+    With --budget the tolerance of each frame lies between --tolerance and --loosest, as loose as
+    the time asks for; the log names it beside the frame. At the end it says which rate was
+    reached and what limited it.
     """
     from chrmc.generation.make import grey_levels
+    from chrmc.generation.paced import pace_for, paced
     from chrmc.generation.recipe import recipe_for
     from chrmc.grey_levels import video_scale
     from chrmc.scene.scene import frame_range
@@ -54,18 +72,24 @@ def command(
     recipe = recipe_for(scene, slm, wavelength, check_pixels=0, **chosen)
     if recipe.auto is not None and recipe.auto.why:
         click.echo(f"auto: {recipe.auto.why}")
+    pace = None if budget is None else pace_for(recipe, budget, loosest)
     numbers = frame_range(recipe.scene, frames)
     scale = video_scale(recipe.scene, slm, recipe.wavelength, recipe.coding)
     stages: dict[str, float] = {}
 
     def make() -> Iterator[Picture]:
-        for frame in recipe.video(numbers[0], numbers[-1]):
+        if pace is None:
+            made = recipe.video(numbers[0], numbers[-1])
+        else:
+            made = paced(recipe, numbers, pace)
+        for frame in made:
             levels = grey_levels(frame, recipe, scale)
             for name, seconds in frame.record.stage_seconds.items():
                 stages[name] = stages.get(name, 0.0) + seconds
             # Only the log asks for it, and it costs milliseconds.
             digest = hashlib.sha256(levels.data).hexdigest() if rest["log"] else ""
-            yield Picture(frame.number, f"live {frame.number}", digest, levels)
+            had = "" if pace is None else f" at {pace.tolerance:.2g}"
+            yield Picture(frame.number, f"live {frame.number}{had}", digest, levels)
 
     with LiveReel(make, loop, ahead) as reel:
         reel.numbers = list(numbers)
@@ -74,6 +98,8 @@ def command(
             loop=loop, hold=False, on_bad_frame="stop", **rest,
         )  # fmt: skip
         report = reel.report()
+    if pace is not None and pace.frames:
+        click.echo(pace.summary())
     for line in verdict(report, stages):
         click.echo(line)
     return status

@@ -14,7 +14,7 @@ waves     `axis_cycles`, `reference_cycles`, `phasor`, `phasors`: phases without
 predict   `sample_points` stand for all, `budget_of` gives the `Budget` of a factor, powers of its
           error and its light; `promise_kept` whether that is good enough;
           `measured_error` looks at some pixels, up to `SURE` of the tolerance they may miss
-cost      `cost_of` counts a hologram beforehand, `pixels_from` its way from nodes to pixels,
+cost      `split` gives the clusters, `cost_of` counts a hologram beforehand, `pixels_from` its way from nodes to pixels,
           `waves_looked_at` the look
 at once   `low_rank` does all of this for one cloud; `spread` and `alone` share the cores
 """
@@ -30,7 +30,7 @@ from chrmc.cgh.curved import (
 from chrmc.cgh.curved.assembly import Factor, reference_cycles
 from chrmc.cgh.curved.baseband import Axes, Summed, cluster_axes, series_for, sum_points
 from chrmc.cgh.curved.chebyshev import chebyshev, interpolation
-from chrmc.cgh.curved.clusters import Plane, bounding_box, cost_of_sums, reference_at
+from chrmc.cgh.curved.clusters import Plane, bounding_box, cost_of_sums, reference_at, split
 from chrmc.cgh.curved.cost import cost_of, pixels_from
 from chrmc.cgh.curved.edge import Reading, readings_of
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
@@ -88,6 +88,7 @@ __all__ = [
     "sample_points",
     "series_for",
     "signal_of",
+    "split",
     "spread",
     "sum_points",
     "taps_for",

@@ -9,6 +9,7 @@ from chrmc.cgh.curved.interface import (
     lines_of,
     pixels_from,
     plane_of,
+    split,
     waves_looked_at,
 )
 from chrmc.compensation.ch_rmc_object.choice import Choice, choose, poses_ahead
@@ -21,8 +22,10 @@ from chrmc.window import Window
 AIM = 0.7
 """Of the tolerance: one key frame has to do for many frames, the worst included."""
 _CHOSEN = 2  # moving objects whose choice is worked out; it stands for the others
+_SOME = 5000  # points of a body that stand for its outline
 _KEY = 8.0  # what a key frame takes beyond later ones, in frames' worth of sums afresh
 _CHOOSE = 4e4  # steps of Python of the choice itself
+_FOUND_OUT = 1e6  # and that of an object that one reference wave does not fit
 _LOOK_UP = 8000.0  # steps of Python of an object that is looked up
 _WAVE = 8.0  # of a look at some pixels, in phasors
 
@@ -65,7 +68,8 @@ def cost(
         if not len(thing.cloud):
             continue
         own = replace(plane, points=len(thing.cloud))
-        fresh = cost_of(thing.cloud, lines, own, tolerance)
+        parts = split(thing.cloud, own)
+        fresh = cost_of(thing.cloud, lines, own, tolerance, parts)
         how = rest(scene, thing, later)
         if how:
             out.append(ObjectCost(thing.name, fresh, fresh.times(1 / frames), how))
@@ -74,8 +78,17 @@ def cost(
             how = "afresh: its points are not known again"
             out.append(ObjectCost(thing.name, fresh, fresh, how))
             continue
+        if len(parts) > 1:
+            # So deep or wide that one wave does not fit it: a sphere of its light would hardly pay,
+            # and finding that out takes long.
+            once = OperationCounts(calls=_FOUND_OUT)
+            how = f"afresh, most likely: its light takes {len(parts)} reference waves"
+            mean = fresh + once.times(1 / frames)
+            out.append(ObjectCost(thing.name, fresh + once, mean, how))
+            continue
         aim = AIM * tolerance
-        outline = outline_of(thing.body)
+        body = thing.body
+        outline = outline_of(body.select(slice(None, None, max(1, len(body) // _SOME))))
         plan = planned(thing, outline, lines, own, aim)
         if len(chosen) < _CHOSEN:
             poses = [thing.pose, *poses_ahead(scene, thing, later)]

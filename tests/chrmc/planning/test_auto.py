@@ -72,7 +72,10 @@ def test_the_error_check_keeps_to_its_share(tmp_path: Path) -> None:
     )
     poses = [chrmc.Pose(np.eye(3), [0, 0, 0.25])] * 20
     crowd = chrmc.PointScene("crowd", {"body": many}, {"body": poses})
-    recipes = [recipe_for(crowd, PANEL, check_share=share, compensation="none") for share in (0.0, 0.001, 0.05, 1.0)]
+    recipes = [
+        recipe_for(crowd, PANEL, check_share=share, compensation="none")
+        for share in (0.0, 0.001, 0.05, 1.0)
+    ]
     none, little, usual, much = (Check(r.check_pixels, r.check_every) for r in recipes)
     assert none.pixels == 0 and not none.includes(1, 20, 96)
     assert little.every > usual.every or little.pixels < usual.pixels
