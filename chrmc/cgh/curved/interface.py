@@ -14,8 +14,8 @@ waves     `axis_cycles`, `reference_cycles`, `phasor`, `phasors`: phases without
 predict   `sample_points` stand for all, `budget_of` gives the `Budget` of a factor, powers of its
           error and its light; `promise_kept` whether that is good enough;
           `measured_error` looks at some pixels, up to `SURE` of the tolerance they may miss
-cost      `split` gives the clusters, `cost_of` counts a hologram beforehand, `pixels_from` its way from nodes to pixels,
-          `waves_looked_at` the look
+cost      `split` gives the clusters, `cost_of` counts a hologram beforehand, `pixels_from` its way
+          from nodes to pixels, `waves_looked_at` the look
 at once   `low_rank` does all of this for one cloud; `spread` and `alone` share the cores
 """
 
