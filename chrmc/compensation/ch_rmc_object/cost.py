@@ -24,7 +24,8 @@ AIM = 0.7
 _CHOSEN = 2  # moving objects whose choice is worked out; it stands for the others
 _SOME = 5000  # points of a body that stand for its outline
 _KEY = 8.0  # what a key frame takes beyond later ones, in frames' worth of sums afresh
-_CHOOSE = 4e4  # steps of Python of the choice itself
+_FEW = 1500  # points that no choice is worked out for
+_CHOOSE = 2e5  # steps of Python of the choice itself
 _FOUND_OUT = 1e6  # and that of an object that one reference wave does not fit
 _LOOK_UP = 8000.0  # steps of Python of an object that is looked up
 _WAVE = 8.0  # of a look at some pixels, in phasors
@@ -86,6 +87,13 @@ def cost(
             mean = fresh + once.times(1 / frames)
             out.append(ObjectCost(thing.name, fresh + once, mean, how))
             continue
+        once = OperationCounts(calls=_CHOOSE)
+        if len(thing.cloud) <= _FEW:
+            # Both ways take about as long, and finding out which is less takes longer.
+            how = "afresh, or from its sphere where that takes less"
+            mean = fresh + once.times(1 / frames)
+            out.append(ObjectCost(thing.name, fresh + once, mean, how))
+            continue
         aim = AIM * tolerance
         body = thing.body
         outline = outline_of(body.select(slice(None, None, max(1, len(body) // _SOME))))
@@ -97,7 +105,6 @@ def cost(
         else:
             choice = min(chosen, key=lambda c: abs(c[0] - len(thing.cloud)))[1]
             choice = replace(choice, why=f"as for a body of {chosen[-1][0]} points: {choice.why}")
-        once = OperationCounts(calls=_CHOOSE)
         if choice.parts is None:
             mean = fresh + once.times(1 / min(frames, choice.frames))
             out.append(ObjectCost(thing.name, fresh + once, mean, f"afresh: {choice.why}"))
