@@ -78,6 +78,8 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     ],
     "reconstruct/four_f_system.py": [
         ("rows, columns = (scipy.fft.next_fast_len(2 * n", "", "more dark room beside the light"),
+        ("walk = ceil(spread(", "", "what would come round the grid, its transfer function cuts"),
+        ("rows, columns = (scipy.fft.next_fast_len(n + 2 * walk", "", "the same"),
     ],
     "chrmc/cgh/curved/verify.py": [
         ("if relative < min(_OPEN", "2 → 3", "when more pixels are drawn, not what they say"),

@@ -372,3 +372,13 @@ def test_a_mirrored_frame_gives_the_mirrored_wave_through_small_lenses():
     for flip in (np.s_[:, ::-1], np.s_[::-1]):
         mirrored = np.abs(system.field(np.ascontiguousarray(frame[flip])))
         assert np.linalg.norm(mirrored[flip] - wave) < 1e-4 * np.linalg.norm(wave)
+
+
+def test_a_scale_must_be_positive_and_an_account_is_a_share():
+    for scale in (0.0, -1.0):
+        with pytest.raises(ValueError, match="scale"):
+            FourF(SLM_, LAMBDA, scale=scale)
+    frame = np.random.default_rng(0).integers(0, 256, SLM_.shape, dtype=np.uint8)
+    account = FourF(SLM_, LAMBDA).energy(frame)
+    assert account.efficiency == pytest.approx(account.image / account.incident)
+    assert 0 < account.efficiency < 1
