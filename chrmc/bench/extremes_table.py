@@ -23,7 +23,7 @@ class Summary:
     faults: int = 0
     ratio: float = 0.0
     blind: float = 0.0
-    seconds: float = 0.0
+    cpu: float = 0.0
     words: dict[str, int] = field(default_factory=dict)
 
     def add(self, row: dict[str, Any]) -> None:
@@ -36,7 +36,7 @@ class Summary:
             self.ratio = max(self.ratio, error / promises(row))
         if np.isfinite(error) and expected > 0:
             self.blind = max(self.blind, error / expected)
-        self.seconds = max(self.seconds, float(row["seconds"]))
+        self.cpu = max(self.cpu, float(row["cpu"]))
         if row["refused"]:
             words = str(row["refused"]).split(":")[0]
             self.words[words] = self.words.get(words, 0) + 1

@@ -9,6 +9,7 @@ from click.testing import CliRunner
 
 from chrmc import SLM, WAVELENGTH, compute_field
 from chrmc.bench import extremes, extremes_table
+from chrmc.bench.extremes_worker import Worker
 from chrmc.cgh import METHODS
 from chrmc.cli.bench_extremes import command
 from chrmc.optics.passband import full_band
@@ -32,9 +33,9 @@ def test_the_sampled_error_is_the_whole_one() -> None:
     slm = SLM("s", 160, 120, 16e-6)
     random = np.random.default_rng(0)
     cloud = extremes.PointCloud(
-        random.uniform((-3e-4, -3e-4, 0.1), (3e-4, 3e-4, 0.101), (2000, 3)),
-        np.ones(2000),
-        random.random(2000),
+        random.uniform((-3e-4, -3e-4, 0.1), (3e-4, 3e-4, 0.101), (300, 3)),
+        np.ones(300),
+        random.random(300),
     )
     made = compute_field(cloud, slm, WAVELENGTH, "fresnel")
     whole = relative_error(made, reference_field(cloud, slm, WAVELENGTH))
@@ -43,34 +44,52 @@ def test_the_sampled_error_is_the_whole_one() -> None:
     assert found == pytest.approx(np.hypot(whole, 0.02), rel=0.3)
 
 
+FIRST = extremes.case_of(0)
+
+
+def plain(seed: int, **changed: object) -> extremes.Case:
+    return replace(
+        FIRST, seed=seed, kind="box", method="curved", slm=SLM("s", 200, 150, 16e-6),
+        wavelength=WAVELENGTH, band="real", depth=0.2, count=40, tolerance=1e-3, **changed,
+    )  # fmt: skip
+
+
 def test_a_broken_promise_is_a_fault_and_exit_status_1(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from chrmc.cgh import curved
-
-    seed = 7
-    case = replace(
-        extremes.case_of(seed), kind="box", method="curved", slm=SLM("s", 200, 150, 16e-6),
-        wavelength=WAVELENGTH, band="real", depth=0.2, count=40, tolerance=1e-3,
-    )  # fmt: skip
-    monkeypatch.setattr(extremes, "case_of", lambda number: replace(case, seed=number))
-    arguments = ["--minutes", "0.00001", "--seed", str(seed)]
+    monkeypatch.setattr(extremes, "case_of", plain)
+    arguments = ["--minutes", "0.00001", "--seed", "7", "--out", str(tmp_path)]
     runner = CliRunner()
-    good = runner.invoke(command, [*arguments, "--out", str(tmp_path / "good")])
+    good = runner.invoke(command, arguments)
     assert good.exit_code == 0, good.output
-    assert (tmp_path / "good" / "extremes.png").stat().st_size > 5000
-    method = curved.METHOD
-    wrong = extremes.method_named("rt")
+    assert (tmp_path / "extremes.png").stat().st_size > 5000
+    monkeypatch.setattr(extremes, "promised", lambda case: 1e-12)
+    bad = runner.invoke(command, arguments)  # goes on after it
+    assert bad.exit_code == 1 and "seed 8, box: error " in bad.output
+    rows = extremes_table.read(tmp_path / "extremes.csv")
+    assert [row["seed"] for row in rows] == ["7", "8"]
+    assert "times what is promised" in rows[1]["fault"] and not rows[0]["fault"]
 
-    def made(*given: object, tolerance: float) -> object:
-        return 1.5 * wrong.field(*given), 1e-7  # type: ignore[arg-type]
 
-    monkeypatch.setattr(
-        curved, "METHOD", type(method)(method.field, field_and_error=made, signal=method.signal)
+def test_cases_that_do_not_end_are_ended_and_the_next_one_is_tried(tmp_path: Path) -> None:
+    """Endless, dead, raising and wrong methods: each a fault, told as what it is."""
+    own = tmp_path / "own.py"
+    own.write_text(
+        "import os, time\n"
+        "def endless(*given): time.sleep(100)\n"
+        "def dead(*given): os._exit(3)\n"
+        "def raising(*given): raise KeyError('x')\n"
+        "def infinite(cloud, slm, *rest):\n"
+        "    import numpy as np\n"
+        "    return np.full(slm.shape, np.inf, np.complex64)\n"
     )
-    bad = runner.invoke(command, [*arguments, "--out", str(tmp_path / "bad")])
-    assert bad.exit_code == 1 and f"seed {seed}, box: error 0.5" in bad.output
-    rows = extremes_table.read(tmp_path / "bad" / "extremes.csv")
-    assert "times what is promised" in rows[0]["fault"]
-    again = runner.invoke(command, [*arguments, "--out", str(tmp_path / "bad")])  # goes on after it
-    assert len(extremes_table.read(tmp_path / "bad" / "extremes.csv")) == 2, again.output
+    with Worker() as worker:
+        for name, fault in (
+            ("endless", "ended after 1 s"), ("dead", "status 3"), ("raising", "KeyError"),
+            ("infinite", "not finite"),
+        ):  # fmt: skip
+            case = replace(plain(3), method=f"{own}:{name}")
+            assert fault in worker.run(case, 1 / extremes.limit(case)).fault
+        assert not worker.run(plain(3)).fault
+    slow = extremes.Outcome(plain(3), error=1e-9, cpu=1 + extremes.limit(plain(3)))
+    assert "processor seconds" in extremes.judged(slow).fault
