@@ -68,6 +68,13 @@ class Focus:
     focused: bool
     method: str = "tiles"
 
+    @property
+    def error(self) -> float:
+        """Standard error of a depth that is the mean of tiles', metres; 0 for others."""
+        count = int(np.count_nonzero(np.isfinite(self.tile_depth) & (self.tile_light > 0)))
+        told = self.method == "tiles" and self.focused and count
+        return self.scatter / sqrt(count) if told else 0.0
+
 
 def refine_peak(depths: NDArray[np.float64], curve: NDArray[np.float64]) -> float:
     """Depth of the largest value, refined by the parabola through its neighbours.

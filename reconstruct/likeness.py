@@ -28,6 +28,11 @@ focus had 0.5 to 1.7, flat ones −0.3 to 0.2. And four standard errors off 1.""
 RELIEF_ERROR = 0.3
 """Standard error of the relief's factor up to which it counts: with more, the object is too shallow
 for its depth of focus, or too dense to be sharp anywhere."""
+SHALLOW = 0.1
+"""Least relief, as a standard deviation over the larger depth of focus, of which a factor can be
+told: that of a car of 0.14 mm at 250 mm is 0.2."""
+_REACH = 10  # stretches to each side of the peak that a parabola is laid through
+_BLOCKS = 4  # of a picture's side, left out one after the other
 FEW_CELLS = 6
 """Objects of fewer lit cells have no shape to judge."""
 CLEAR = 0.2
@@ -113,7 +118,7 @@ def compare(cells: Cells, expected: LightMap, depth_of_focus: float) -> Likeness
     shift = error if clear and np.isfinite(error) and height >= SHARP else 0.0
     found = at_depths(cells.light, cells.depths, expected.depth + shift)
     factor, scatter = float("nan"), float("inf")
-    if clear:
+    if clear and sqrt(float((light * relief**2).sum())) > SHALLOW * depth_of_focus:
         factor, scatter = _stretch(sharp, cells.depths, middle + shift, relief, weight)
     return Likeness(
         told,
@@ -224,26 +229,44 @@ def _stretch(
     relief: NDArray[np.float64],
     weight: NDArray[np.float64],
 ) -> tuple[float, float]:
-    """The stretch at which the cells are sharpest, and its standard error (sandwich formula: from
-    the scatter of the cells' slopes there and the bend of their mean)."""
+    """The stretch at which the cells are sharpest, and its standard error.
+
+    The larger of two: by the scatter of the cells' slopes there and the bend of their mean
+    (sandwich formula), which takes cells for independent and the peak for a parabola; and by
+    leaving out a sixteenth of the picture at a time (jackknife), which does not.
+    """
     if not relief.any():
         return float("nan"), float("inf")
     per_cell = np.array([weight * at_depths(sharp, depths, middle + g * relief) for g in STRETCHES])
     curve = per_cell.sum(axis=(1, 2))
-    top = int(curve.argmax())
-    if top in (0, len(curve) - 1):
-        return float(STRETCHES[top]), float("inf")
-    # A wide parabola through the peak: narrow ones follow single cells.
-    reach = 10
-    part = slice(max(top - reach, 0), top + reach + 1)
-    g = STRETCHES[part] - STRETCHES[top]
-    bend, slope, _ = np.polyfit(g, curve[part], 2)
+    factor, bend, part = _top(curve)
+    if not bend < 0:
+        return factor, float("inf")
+    g = STRETCHES[part] - STRETCHES[int(curve.argmax())]
     slopes = np.polyfit(g, per_cell[part].reshape(len(g), -1), 2)[1]
+    scatter = sqrt(float(((slopes - slopes.mean()) ** 2).sum())) / abs(2 * bend)
+    row, column = (_BLOCKS * np.arange(n) // n for n in relief.shape)
+    block = row[:, None] * _BLOCKS + column
+    kept = [curve - per_cell[:, block == k].sum(axis=1) for k in np.unique(block[weight > 0])]
+    others = np.array([_top(c)[0] for c in kept])
+    n = len(others)
+    jackknife = sqrt((n - 1) / n * float(((others - others.mean()) ** 2).sum()))
+    return factor, max(scatter, jackknife) if n > 1 else float("inf")
+
+
+def _top(curve: NDArray[np.float64]) -> tuple[float, float, slice]:
+    """The stretch of a curve's peak, the bend there (not negative for none), and the part of the
+    curve that was fitted."""
+    top = int(curve.argmax())
+    # A wide parabola through the peak: narrow ones follow single cells.
+    part = slice(max(top - _REACH, 0), top + _REACH + 1)
+    if top in (0, len(curve) - 1):
+        return float(STRETCHES[top]), 0.0, part
+    bend, slope, _ = np.polyfit(STRETCHES[part] - STRETCHES[top], curve[part], 2)
     if bend >= 0:
-        return float(STRETCHES[top]), float("inf")
-    factor = float(np.clip(STRETCHES[top] - slope / (2 * bend), STRETCHES[0], STRETCHES[-1]))
-    scatter = slopes - slopes.mean()
-    return factor, sqrt(float((scatter**2).sum())) / abs(2 * float(bend))
+        return float(STRETCHES[top]), float(bend), part
+    factor = STRETCHES[top] - slope / (2 * bend)
+    return float(np.clip(factor, STRETCHES[0], STRETCHES[-1])), float(bend), part
 
 
 def _slices(

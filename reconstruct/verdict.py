@@ -211,7 +211,8 @@ def judge_object(
 
     field_ : (H, W) from `system.field(frame)`
     pixel_pitch : of the scene, metres
-    depth_tolerance : metres, default 0.5 mm, or half the depth of focus where that is more
+    depth_tolerance : metres, default 0.5 mm, or half the depth of focus where that is more, and
+        two standard errors where the depth is the mean of a few tiles'
     lateral_tolerance : metres, default a scene pixel, or a resolution or an eighth of a
         cell of the map where that is more
     truth : (H, W) field of the scene itself, for PSNR and SSIM
@@ -254,7 +255,7 @@ def judge_object(
         focus,
         depth_error,
         lateral,
-        depth_tolerance=max(DEPTH_TOLERANCE, coarse / 2)
+        depth_tolerance=max(DEPTH_TOLERANCE, coarse / 2) + 2 * focus.error
         if depth_tolerance is None
         else depth_tolerance,
         lateral_tolerance=max(pixel_pitch, fine, cell / 8)

@@ -1,13 +1,14 @@
 """What is handed over was looked at: coherence, grazing edges, cancelling waves, odd numbers."""
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud, compute_field
-from chrmc.cgh import curved, field_and_error
+from chrmc.cgh import curved, field_and_error, rt
 from chrmc.cgh.curved import parallel, predict, verify
 from chrmc.cgh.curved.baseband import cluster_axes
 from chrmc.cgh.curved.clusters import bounding_box, reference_of
@@ -15,7 +16,7 @@ from chrmc.cgh.curved.tables import exact_baseband
 from chrmc.cgh.curved.wave import Wave
 from chrmc.encoding import coding_for
 from chrmc.optics.footprint import coverage, expected_power, reach
-from chrmc.optics.passband import full_band
+from chrmc.optics.passband import UNLIMITED, full_band
 from chrmc.reference import reference_field, reference_samples, relative_error
 from chrmc.window import Window
 
@@ -31,13 +32,19 @@ def cloud_of(count: int, size: tuple[float, ...], place: tuple[float, ...]) -> P
     )
 
 
-def check(cloud: PointCloud, slm: SLM, tolerance: float, encoding: str = "real") -> None:
+def check(
+    cloud: PointCloud,
+    slm: SLM,
+    tolerance: float,
+    encoding: str = "real",
+    wavelength: float = WAVELENGTH,
+) -> None:
     """Within tolerance on the whole panel's light, and expected within a factor of three."""
     band = coding_for(encoding, slm).passband
     made, expected = field_and_error(
-        cloud, slm, WAVELENGTH, "curved", passband=band, tolerance=tolerance
+        cloud, slm, wavelength, "curved", passband=band, tolerance=tolerance
     )
-    error = relative_error(made, reference_field(cloud, slm, WAVELENGTH, passband=band))
+    error = relative_error(made, reference_field(cloud, slm, wavelength, passband=band))
     assert error <= tolerance
     assert expected is None or error < 3 * expected or error < 1e-6
 
@@ -230,3 +237,66 @@ def test_a_look_costs_little_of_a_frame() -> None:
     limits = reach(WAVELENGTH, band.fx_max), reach(WAVELENGTH, band.fy_max)
     truth = reference_samples(cloud, LC_R_1080, WAVELENGTH, rows, columns)
     assert relative_error(exact(cloud, x, y, WAVELENGTH, limits), truth) < 1e-8
+
+
+def test_clusters_that_overlap_are_looked_at_in_all_rows() -> None:
+    """Eight clusters over the same rows share them once, not an eighth each."""
+    cloud = cloud_of(60, (4e-4,) * 3, (0, 0, 0.12))
+    lines = curved.lines_of(PANEL, Window.full(PANEL))
+    plane = curved.plane_of(PANEL, WAVELENGTH, Window.full(PANEL), full_band(PANEL))
+    factor, _ = curved.make_factor(cloud, lines, plane, 1e-3)
+    alone, many = (verify._picked([factor.axis_y] * n, np.random.default_rng(0)) for n in (1, 8))
+    assert len(many[0]) == len(alone[0]) >= 20
+    assert many[1].sum() == pytest.approx(alone[1].sum())
+
+
+def test_clusters_that_cancel_each_other_round_as_what_they_are() -> None:
+    cloud = cloud_of(80, (5e-4,) * 3, (0, 0, 0.15))
+    window, band = Window.full(PANEL), full_band(PANEL)
+    factors = curved.low_rank(cloud, PANEL, WAVELENGTH, window, band).factors
+    less = [replace(f, real=-0.99 * f.real, imag=-0.99 * f.imag) for f in factors]
+    plane = curved.plane_of(PANEL, WAVELENGTH, window, band)
+    given = cloud, curved.lines_of(PANEL, window), WAVELENGTH, plane.reach, 1e-3, 1e-3
+    assert verify.look(factors, *given)[1] == pytest.approx(predict.ROUNDING)
+    assert verify.look(factors + less, *given)[1] == pytest.approx(
+        predict.ROUNDING * np.hypot(1, 0.99) / 0.01, rel=1e-3
+    )
+
+
+@pytest.mark.parametrize(
+    ("slm", "wavelength", "depth", "tolerance"),
+    [
+        (SLM("column", 49, 180, 4.24e-6), 7.48e-7, 79.7, 4.6e-6),
+        (SLM("thin", 33, 200, 1.28e-6), 5.1e-6, 12.2, 6e-4),
+    ],
+)
+def test_deep_scenes_on_small_panels_are_not_cut_into_hundreds(
+    slm: SLM, wavelength: float, depth: float, tolerance: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No short series fits them; wave by wave at the nodes is a fraction of a second."""
+    random = np.random.default_rng(0)
+    band = coding_for("real", slm).passband
+    near = 0.2 * depth
+    room = np.array([near * min(reach(wavelength, f), 0.5) for f in (band.fx_max, band.fy_max)])
+    positions = np.column_stack(
+        [random.uniform(-0.9, 0.9, (800, 2)) * room, random.uniform(near, 3 * depth, 800)]
+    )
+    positions[:, 2] = np.minimum(positions[:, 2], 190)
+    monkeypatch.setattr(curved.baseband, "_MOST_LEAVES", 0)
+    check(
+        PointCloud(positions, np.ones(800), random.random(800)), slm, tolerance, "real", wavelength
+    )
+
+
+def test_rays_in_single_precision_know_where_they_will_not_do() -> None:
+    one = cloud_of(40, (3e-4,) * 3, (0, 0, 0.1))
+    both = PointCloud.concatenate(
+        [one, PointCloud(one.positions, one.amplitude, one.phase + np.pi * (1 + 1e-5))]
+    )
+    full, band = Window.full(PANEL), full_band(PANEL)
+    made = rt.quick_field(one, PANEL, WAVELENGTH, full, band)
+    assert made is not None
+    assert relative_error(made, reference_field(one, PANEL, WAVELENGTH)) < 1e-5
+    assert rt.quick_field(both, PANEL, WAVELENGTH, full, band) is None
+    steep = PointCloud(one.positions * (1, 1, 0.01), one.amplitude, one.phase)
+    assert rt.quick_field(steep, PANEL, WAVELENGTH, full, UNLIMITED) is None
