@@ -184,7 +184,6 @@ def main(seed=1, count=4):
                     misjudged += 1
                     print(f"    {'passed' if ok else '; '.join(said)}")
 
-
     return misjudged > 0
 
 
