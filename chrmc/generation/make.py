@@ -79,7 +79,15 @@ def make_video(
 def is_another(folder: Path, recipe: Recipe) -> bool:
     """Whether a folder holds a video, and that of another recipe."""
     before = existing_manifest(folder)
-    return before is not None and any(differences(before, describe(recipe)))
+    return before is not None and any(differences(before, wanted_of(recipe, before)))
+
+
+def wanted_of(recipe: Recipe, before: dict[str, Any] | None) -> dict[str, Any]:
+    """What the manifest `before` must say to be the recipe's."""
+    description = describe(recipe)
+    if before is not None and recipe.auto is not None and "auto" in before["methods"]:
+        description["methods"]["auto"] = {"tolerance": recipe.auto.asked}
+    return description
 
 
 def whole_description(
@@ -93,7 +101,7 @@ def whole_description(
     folder holds this video already, from its manifest and a spot check."""
     from chrmc.grey_levels import scale_of
 
-    description = describe(recipe)
+    description = wanted_of(recipe, before)
     scene: dict[str, Any] = description["scene"]
     if before is not None:
         refuse_another(folder, before, description)

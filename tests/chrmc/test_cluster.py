@@ -175,7 +175,7 @@ def cluster(
     words += ["--no-dashboard", "--no-show"]
     running = [machines[0].start("-m", "distributed.cli.dask_scheduler", *words)]
     try:
-        while not file.exists():
+        while not (file.exists() and file.read_text().rstrip().endswith("}")):
             assert running[0].poll() is None
         yield json.loads(file.read_text())["address"], running
     finally:

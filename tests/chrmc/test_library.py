@@ -41,7 +41,7 @@ def test_every_name_promised_is_there_and_importing_stays_light() -> None:
 def test_a_scene_becomes_a_stored_video_that_is_opened_again(tmp_path: Path) -> None:
     video = chrmc.generate(moving_scene(), tmp_path / "v", frames=(2, 3), slm=PANEL, tolerance=1e-3)
     assert video.numbers == [2, 3]
-    assert video.methods["options"]["tolerance"] == 1e-3
+    assert video.methods["auto"]["tolerance"] == 1e-3
     assert all(f["error_reference"] < 1e-3 for f in video.frames)
     again = chrmc.open_video(str(tmp_path / "v"))
     assert again == video

@@ -98,7 +98,7 @@ def test_generate_and_live_show_these_pictures(tmp_path: Path) -> None:
             main([str(a) for a in arguments])
         assert ended.value.code == 0
 
-    run("generate", *ARGUMENTS, "--out", tmp_path / "video")
+    run("generate", *ARGUMENTS, "--check-pixels", "64", "--out", tmp_path / "video")
     run("live", *ARGUMENTS, "--headless", "--verify", "--log", tmp_path / "log.csv")
     stored = open_video(tmp_path / "video")
     with (tmp_path / "log.csv").open(encoding="utf-8") as file:
