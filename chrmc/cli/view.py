@@ -38,8 +38,9 @@ def command(
 ) -> int:
     """Look around in the video in DIR: any frame, any depth, through any Fourier filter.
 
-    With two, they are compared: linked frame, depth and zoom, side by side, by a wipe or as their
-    difference. A picture of grey levels opens too, as --slm, --wavelength and --encoding say.
+    A video in colours is shown in them. With two, they are compared: linked frame, depth and zoom,
+    side by side, by a wipe or as their difference. A picture of grey levels opens too, as --slm,
+    --wavelength and --encoding say.
 
     \b
     chrmc view DIR --frame 21

@@ -21,9 +21,11 @@ void main() {  // one triangle that covers the viewport
 """
 _FRAGMENT = """
 // kind: as KINDS; mode: 0 intensity, 1 log, 2 phase; masked: show what is blocked
+// glowing: show the lasers' colours
 uniform sampler2D data;    // complex amplitude, or a value in red
 uniform sampler2D mask;    // what passes, 1, and what is blocked, 0
 uniform sampler2D table;   // colours from dark to bright
+uniform sampler2D glow;    // colours of several lasers, linear
 uniform float white, gamma, zoom;
 uniform vec2 centre, screen;
 uniform vec4 covers;       // the data's rectangle in the picture: left, top, width, height
@@ -45,15 +47,20 @@ void main() {
     ivec2 n = clamp(ivec2(ceil(wide - 0.01)), ivec2(1), ivec2(8));
     vec2 spread = wide * vec2(greaterThan(n, ivec2(1)));
     float light = 0.0;
+    vec3 glows = vec3(0.0);
     for (int j = 0; j < n.y; ++j)
         for (int i = 0; i < n.x; ++i) {
             vec2 q = p + ((vec2(i, j) + 0.5) / vec2(n) - 0.5) * spread;
-            vec2 v = texelFetch(data, ivec2(clamp(q, vec2(0), vec2(size) - 0.5)), 0).rg;
+            ivec2 at = ivec2(clamp(q, vec2(0), vec2(size) - 0.5));
+            vec2 v = texelFetch(data, at, 0).rg;
+            if (glowing == 1) glows += texelFetch(glow, at, 0).rgb;
             light += kind == 0 ? dot(v, v) : v.r;
         }
     light /= float(n.x * n.y);
     vec3 shown;
-    if (kind == 3) {
+    if (glowing == 1) {
+        shown = clamp(pow(glows / float(n.x * n.y) / white, vec3(1.0 / gamma)), 0.0, 1.0);
+    } else if (kind == 3) {
         shown = vec3(light);
     } else if (kind == 2) {
         shown = tinted(clamp(0.5 + 0.5 * light / white, 0, 1));
@@ -92,6 +99,7 @@ class Canvas:
         self._programs: dict[tuple[int, ...], tuple[Any, Any]] = {}
         self._tables: dict[str, Any] = {}
         self._data: moderngl.Texture | None = None
+        self._glow: moderngl.Texture | None = None
         self._covers: Rectangle = (0.0, 0.0, 1.0, 1.0)
         self._mask = context.texture((1, 1), 1, b"\xff", alignment=1)
         self._masked = False
@@ -101,11 +109,18 @@ class Canvas:
         self._drawn: Any = None
         self._version = 0
 
-    def upload(self, values: NDArray[Any], key: Any, covers: Rectangle | None = None) -> bool:
+    def upload(
+        self,
+        values: NDArray[Any],
+        key: Any,
+        covers: Rectangle | None = None,
+        glow: NDArray[np.float32] | None = None,
+    ) -> bool:
         """Make (h, w) values the picture, unless `key` says they are already.
 
         covers : (left, top, width, height) of the picture's pixels that the values stand for,
             default one each
+        glow : (h, w, 3) linear colours, shown in place of grey intensities
         """
         if key == self._key and self._data is not None:
             return False
@@ -122,6 +137,13 @@ class Canvas:
             self._data.filter = (moderngl.NEAREST, moderngl.NEAREST)
         numbers = np.complex64 if parts == 2 else wanted
         self._data.write(np.ascontiguousarray(values, dtype=numbers))
+        if self._glow is not None:
+            self._glow.release()
+            self._glow = None
+        if glow is not None:
+            self._glow = self.context.texture((width, height), 3, dtype="f4", alignment=1)
+            self._glow.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._glow.write(np.ascontiguousarray(glow, dtype=np.float32))
         return True
 
     def upload_mask(self, passed: NDArray[np.float32]) -> None:
@@ -142,9 +164,10 @@ class Canvas:
 
     def _compiled(self, look: Look) -> tuple[Any, Any]:
         """The program for a look: choices are constants, which a software renderer is glad of."""
-        key = (KINDS.index(self.kind), MODES.index(look.mode), int(self._masked))
+        glowing = self._glow is not None and look.glows
+        key = (KINDS.index(self.kind), MODES.index(look.mode), int(self._masked), int(glowing))
         if key not in self._programs:
-            names = ("kind", "mode", "masked")
+            names = ("kind", "mode", "masked", "glowing")
             head = [f"const int {n} = {v};" for n, v in zip(names, key, strict=True)]
             head += [f"#define DECADES {DECADES}", f"#define ENTRIES {ENTRIES}"]
             source = "\n".join(["#version 330", *head, _FRAGMENT])
@@ -179,6 +202,7 @@ class Canvas:
                 "data": 0,
                 "mask": 1,
                 "table": 2,
+                "glow": 3,
                 "white": max(white * 2.0**-look.stops, 1e-30),
                 "gamma": look.gamma,
                 "zoom": view.scale * size[0] / view.screen_width,
@@ -196,6 +220,8 @@ class Canvas:
             self._data.use(0)
             self._mask.use(1)
             self._table(look).use(2)
+            if self._glow is not None:
+                self._glow.use(3)
             triangle.render(moderngl.TRIANGLES, vertices=3)
         texture: moderngl.Texture = self._target.color_attachments[0]
         return texture.glo

@@ -35,12 +35,14 @@ def write_figure(
     pitch: float,
     origin: tuple[float, float],
     settings: dict[str, Any],
+    glow: NDArray[np.float32] | None = None,
 ) -> None:
     """Write a picture as .png, .pdf or .svg.
 
     field : (h, w) complex; white : intensity shown as white; pitch : metres between its samples
     origin : (x, y) metres of its first sample
     settings : told below the picture, and kept in the file
+    glow : (h, w, 3) linear sRGB of a video in colours, in the unit of white
     """
     path = Path(path)
     if path.suffix.lower() not in FIGURES:
@@ -54,7 +56,7 @@ def write_figure(
     figure = Figure(figsize=(7.5, tall + 1.3), dpi=200, layout="constrained")
     axes = figure.add_subplot()
     extent = (left, left + width, top + height, top)
-    axes.imshow(shade(field, white, look), extent=extent, interpolation="nearest")
+    axes.imshow(shade(field, white, look, glow), extent=extent, interpolation="nearest")
     axes.set_xlabel("x (mm)")
     axes.set_ylabel("y (mm)")
     axes.set_title(

@@ -53,7 +53,7 @@ class Layout:
         self.fourier = Canvas(self.context, "power")
         names = ["Reconstruction"]
         if model.comparing:
-            a, b = (title_of(v) for v in model.videos)
+            a, b = (title_of(v) for v in model.sources)
             names = [f"A: {a}", f"B: {b}"]
         self.panes = [Pane(name, model.view) for name in names]
         self.hologram_pane = Pane("Hologram", session.views["hologram"])
@@ -106,7 +106,7 @@ class Layout:
         for i, canvas in enumerate(self.pictures):
             picture = model.picture(i)
             if picture is not None:
-                canvas.upload(picture.field, picture, panel)
+                canvas.upload(picture.field, picture, panel, picture.glow)
         held = model.comparison
         if held is not None and model.mode == "difference":
             self.difference.upload(held.difference, held, panel)
@@ -253,6 +253,9 @@ class Layout:
         which = ""
         if model.comparing:
             which = f"of {'AB'[model.active]} (Tab)"
+        decoded = model.decoded(model.active)
+        if decoded is not None and decoded.lasers is not None:
+            which += f"   at {decoded.system.wavelength * 1e9:g} nm"
         faulty = bool(model.fault(model.active))
         hologram = [] if faulty else [Layer(self.hologram, _PLAIN, 1.0)]
         pane = self.hologram_pane

@@ -13,17 +13,17 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from chrmc.store.video import Video
 from reconstruct.viewer.compare import Comparison, compare
 from reconstruct.viewer.focusing import Curve, Found, curves_of_objects, focus_around
+from reconstruct.viewer.lasers import Source
 from reconstruct.viewer.pipeline import (
     Decoded,
     Figures,
     Picture,
-    Pipeline,
     Quick,
     Request,
     Sharp,
+    pipeline_of,
     quick,
     sharpen,
 )
@@ -45,7 +45,7 @@ class ViewerModel(ViewerState):
     """
 
     def __init__(
-        self, videos: Video | Sequence[Video], wake: Callable[[], None] = lambda: None
+        self, videos: Source | Sequence[Source], wake: Callable[[], None] = lambda: None
     ) -> None:
         super().__init__(videos)
         self.found: Found | None = None
@@ -58,7 +58,7 @@ class ViewerModel(ViewerState):
         self.alike: Comparison | None = None
         self._messages: deque[str] = deque()
         self._errands: deque[Steps] = deque()
-        self._pipelines = [Pipeline(v, self.depth_range[1]) for v in self.videos]
+        self._pipelines = [pipeline_of(s, self.depth_range[1]) for s in self.sources]
         self._workers = {n: Worker(n, wake) for n in ("quick", "slow", "errands")}
         self._asked: Request | None = None
         self._sharpened: Request | None = None

@@ -6,13 +6,14 @@ changes. `Decoded` is never changed and may be handed to other threads.
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.store.colour import ColourVideo
 from chrmc.store.video import Video
 from reconstruct import metrics
 from reconstruct.bench import Bench, Filter
@@ -22,6 +23,7 @@ from reconstruct.images import exposure
 from reconstruct.sequence import system_of, targets_of
 from reconstruct.verdict import Target
 from reconstruct.viewer.coarse import Coarse, coarse_field
+from reconstruct.viewer.lasers import Lasers, Source, leading
 from reconstruct.viewer.sight import Sight, shrunk
 
 
@@ -62,12 +64,17 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class Decoded:
-    """A frame behind a filter."""
+    """A frame behind a filter.
+
+    lasers, of_each : of a video in colours, and the frame of every laser; else None and nothing
+    """
 
     frame: Frame
     system: FourF
     targets: list[Target]
     scene_pitch: float
+    lasers: Lasers | None = None
+    of_each: tuple["Decoded", ...] = ()
 
     @cached_property
     def field(self) -> NDArray[np.complex64]:
@@ -79,6 +86,26 @@ class Decoded:
         """Where the light went."""
         return self.system.energy(self.frame.levels)
 
+    def picture(self, depth: float) -> "Picture":
+        """The full picture."""
+        *_, made = self.steps(depth)
+        assert made is not None
+        return made
+
+    def steps(self, depth: float) -> Iterator["Picture | None"]:
+        """The full picture at last, None after every step on the way."""
+        number, fields = self.frame.number, []
+        for one in self.of_each or (self,):
+            field = one.field
+            yield None
+            fields.append(one.system.at(field, depth))
+            yield None
+        if self.lasers is None:
+            yield Picture(number, depth, fields[0], exposure(intensity(fields[0])), False)
+        else:
+            field, glow, white = self.lasers.mix(fields)
+            yield Picture(number, depth, field, white, False, glow=glow)
+
 
 @dataclass(frozen=True, eq=False)
 class Picture:
@@ -87,6 +114,7 @@ class Picture:
     field : (h, w) complex64, over the whole panel
     white : intensity to show as white
     coarse : made at the screen's resolution, of a band that holds all but `lost` of the light
+    glow : (h, w, 3) linear sRGB of a video in colours, whose field holds the luminance
     """
 
     number: int
@@ -95,6 +123,7 @@ class Picture:
     white: float
     coarse: bool
     lost: float = 0.0
+    glow: NDArray[np.float32] | None = None
 
     @cached_property
     def light(self) -> NDArray[np.float32]:
@@ -200,6 +229,44 @@ class Pipeline:
         return self._hologram[1]
 
 
+class ColourPipeline(Pipeline):
+    """The stages of a video in colours: those of every laser, and their mixture."""
+
+    def __init__(self, video: ColourVideo, farthest: float) -> None:
+        super().__init__(leading(video), farthest)
+        self._lasers = Lasers.of(video)
+        self._each = [Pipeline(channel, farthest) for channel in video.channels]
+        self._mixed: tuple[Any, Picture] | None = None
+
+    def decoded(self, number: int, chosen: Filter) -> Decoded:
+        """A frame behind a filter, of every laser."""
+        of_each = tuple(pipeline.decoded(number, chosen) for pipeline in self._each)
+        held = self._decoded
+        if held is None or held.of_each != of_each:
+            held = replace(of_each[self._lasers.lead], lasers=self._lasers, of_each=of_each)
+            self._decoded = held
+        return held
+
+    def picture(self, request: Request) -> Picture:
+        """The coarse picture."""
+        for pipeline in self._each:
+            pipeline.farthest = self.farthest
+        parts = [pipeline.picture(request) for pipeline in self._each]
+        if self._mixed is None or self._mixed[0] != parts:
+            field, glow, white = self._lasers.mix([part.field for part in parts])
+            lost = max(part.lost for part in parts)
+            made = Picture(request.number, request.depth, field, white, True, lost, glow)
+            self._mixed = parts, made
+        return self._mixed[1]
+
+
+def pipeline_of(source: Source, farthest: float) -> Pipeline:
+    """The stages of a source; farthest : as of `Pipeline`."""
+    if isinstance(source, ColourVideo):
+        return ColourPipeline(source, farthest)
+    return Pipeline(source, farthest)
+
+
 def quick(pipelines: Sequence[Pipeline], request: Request) -> Iterator[Quick]:
     """One step: the coarse pictures."""
     start = time.perf_counter()
@@ -232,14 +299,12 @@ def sharpen(
         if one is None:
             pictures.append(None)
             continue
-        field = one.field
-        yield None
-        there = one.system.at(field, request.depth)
-        yield None
-        white = exposure(intensity(there))
-        made = Picture(request.number, request.depth, there, white, False)
-        made.extremes  # noqa: B018
-        pictures.append(made)
+        for made in one.steps(request.depth):
+            if made is None:
+                yield None
+            else:
+                made.extremes  # noqa: B018
+                pictures.append(made)
     yield Sharp(request, tuple(pictures), time.perf_counter() - start)
     values = []
     for one, picture in zip(decoded, pictures, strict=True):

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.store.video import Video
+from chrmc.store.colour import ColourVideo
 from reconstruct.animation import check_animation, write_animation
 from reconstruct.bench import Filter
 from reconstruct.images import exposure, write_colour, write_image
 from reconstruct.sequence import shrink
 from reconstruct.viewer.compare import Comparison
 from reconstruct.viewer.figure import FIGURES, write_figure
-from reconstruct.viewer.pipeline import Decoded, Pipeline, Request
+from reconstruct.viewer.lasers import Source, leading
+from reconstruct.viewer.pipeline import Decoded, Picture, Request, pipeline_of
 from reconstruct.viewer.shade import Look, shade, shade_difference
 from reconstruct.viewer.sources import title_of
 from reconstruct.viewer.worker import Progress, Said
@@ -28,17 +29,19 @@ STACK_COUNT = 60
 """Depths of a movie through the depths."""
 
 
-def settings_of(video: Video, request: Request, look: Look) -> dict[str, Any]:
+def settings_of(video: Source, request: Request, look: Look) -> dict[str, Any]:
     """How a picture was made, in words and SI units: enough to make it again."""
     chosen = request.filter
     return {
         "source": title_of(video),
         "frame": request.number,
         "depth": request.depth,
-        "wavelength": video.wavelength,
+        "wavelength": list(video.wavelengths)
+        if isinstance(video, ColourVideo)
+        else video.wavelength,
         "pixel_pitch": video.slm.pixel_pitch,
         "panel": video.slm.name,
-        "encoding": video.encoding,
+        "encoding": leading(video).encoding,
         "half_plane": chosen.half_plane,
         "dc_block": chosen.dc_block,
         "aperture": chosen.aperture,
@@ -55,18 +58,19 @@ def _version() -> str:
 
 
 def save_picture(
-    path: Path, video: Video, decoded: Decoded, request: Request, look: Look
+    path: Path, video: Source, decoded: Decoded, request: Request, look: Look
 ) -> Iterator[Progress | Said | None]:
     """The full picture: .exr intensities, .png as it looks, with its settings."""
     yield Progress(f"saving {path.name}", 0.0)
-    field = decoded.system.at(decoded.field, request.depth)
-    light = np.abs(field) ** 2
+    made = decoded.picture(request.depth)
     note = settings_of(video, request, look)
     yield Progress(f"saving {path.name}", 0.5)
-    if path.suffix.lower() == ".exr":
-        write_image(path, light, note)
+    if path.suffix.lower() != ".exr":
+        write_colour(path, shade(made.field, made.white, look, made.glow), note)
+    elif made.glow is None:
+        write_image(path, made.light, note)
     else:
-        write_colour(path, shade(field, exposure(light), look), note)
+        write_colour(path, made.glow, note)
     yield Said(f"saved {path}")
 
 
@@ -87,7 +91,7 @@ def save_difference(
 
 def save_figure(
     path: Path,
-    video: Video,
+    video: Source,
     decoded: Decoded,
     request: Request,
     look: Look,
@@ -97,32 +101,32 @@ def save_figure(
     if path.suffix.lower() not in FIGURES:
         raise ValueError(f"{path}: figures are written as {', '.join(FIGURES)}")
     yield Progress(f"saving {path.name}", 0.0)
-    field = decoded.system.at(decoded.field, request.depth)
-    white = exposure(np.abs(field) ** 2)
+    made = decoded.picture(request.depth)
     yield Progress(f"saving {path.name}", 0.3)
     slm = video.slm
     x, y = slm.x()[part[1]], slm.y()[part[0]]
     note = settings_of(video, request, look)
-    write_figure(path, field[part], white, look, slm.pixel_pitch, (x[0], y[0]), note)
+    glow = None if made.glow is None else made.glow[part]
+    origin = x[0], y[0]
+    write_figure(path, made.field[part], made.white, look, slm.pixel_pitch, origin, note, glow)
     yield Said(f"saved {path}")
 
 
 def save_frames(
-    path: Path, video: Video, numbers: list[int], depths: list[float], chosen: Filter, look: Look,
+    path: Path, video: Source, numbers: list[int], depths: list[float], chosen: Filter, look: Look,
     rate: float, note: dict[str, Any],
 ) -> Iterator[Progress | Said | None]:  # fmt: skip
     """A movie of frames, each at its depth; `note` and the depths are kept in the file."""
     check_animation(path)
-    pipeline = Pipeline(video, max(depths))
+    pipeline = pipeline_of(video, max(depths))
     shown: list[NDArray[np.uint8]] = []
     white = 0.0
     for i, (number, depth) in enumerate(zip(numbers, depths, strict=True)):
         yield Progress(f"movie {path.name}", i / len(numbers))
-        decoded = pipeline.decoded(number, chosen)
-        field = decoded.system.at(decoded.field, depth)
+        made = pipeline.decoded(number, chosen).picture(depth)
         # One white for all, from the first frame: a white per frame would flicker.
-        white = white or exposure(np.abs(field) ** 2)
-        shown.append(_small(field, white, look))
+        white = white or made.white
+        shown.append(_small(*_halved(made), white, look))
     note = note | {"frame": list(numbers), "depth": list(depths)}
     write_animation(path, shown, rate, json.dumps(note, default=float))
     yield Said(f"saved {path}: {len(shown)} frames at {rate:g} a second")
@@ -135,21 +139,28 @@ def save_stack(
     """A movie through the depths of a frame; `note` and the depths are kept in the file."""
     check_animation(path)
     z = np.linspace(*depths, STACK_COUNT)
-    fields = []
+    parts = []
     for i, depth in enumerate(z):
         yield Progress(f"movie {path.name}", i / len(z))
-        fields.append(_halved(decoded.system.at(decoded.field, float(depth))))
-    white = float(np.median([exposure(np.abs(f) ** 2) for f in fields]))
+        parts.append(_halved(decoded.picture(float(depth))))
+    white = float(np.median([exposure(np.abs(field) ** 2) for field, _ in parts]))
     note = note | {"depth": z.tolist()}
     write_animation(
-        path, [_small(f, white, look) for f in fields], rate, json.dumps(note, default=float)
+        path, [_small(*part, white, look) for part in parts], rate, json.dumps(note, default=float)
     )
     low, high = (d * 1e3 for d in depths)
     yield Said(f"saved {path}: {low:.2f} to {high:.2f} mm")
 
 
-def _halved(field: NDArray[np.complex64]) -> NDArray[np.complex64]:
-    """As much of a field as a movie shows, so that a stack of them fits into memory."""
+def _halved(made: Picture) -> tuple[NDArray[np.complex64], NDArray[np.float32] | None]:
+    """As much of a picture's field and colours as a movie shows: a stack fits into memory."""
+    if made.glow is None:
+        return _fewer(made.field), None
+    glow = np.stack([shrink(made.glow[..., k], MOVIE_WIDTH) for k in range(3)], axis=-1)
+    return _fewer(made.field), glow
+
+
+def _fewer(field: NDArray[np.complex64]) -> NDArray[np.complex64]:
     factor = max(1, -(-field.shape[1] // MOVIE_WIDTH))
     if factor == 1:
         return field
@@ -159,8 +170,10 @@ def _halved(field: NDArray[np.complex64]) -> NDArray[np.complex64]:
     return np.asarray(middle / size * np.sqrt(light), dtype=np.complex64)
 
 
-def _small(field: NDArray[np.complex64], white: float, look: Look) -> NDArray[np.uint8]:
+def _small(
+    field: NDArray[np.complex64], glow: NDArray[np.float32] | None, white: float, look: Look
+) -> NDArray[np.uint8]:
     """(h, w) or (h, w, 3) for a movie."""
-    colours = shade(_halved(field), white, replace(look))
-    grey = look.colours == "grey" and look.mode != "phase"
+    colours = shade(field, white, replace(look), glow)
+    grey = glow is None and look.colours == "grey" and look.mode != "phase"
     return np.ascontiguousarray(colours[..., 0]) if grey else colours

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from chrmc.store.video import Video
+from chrmc.store.colour import ColourVideo
 from reconstruct.sequence import following
 from reconstruct.viewer import saving
 from reconstruct.viewer.compare import MODES as COMPARISONS
 from reconstruct.viewer.keys import action_of
+from reconstruct.viewer.lasers import Source, leading
 from reconstruct.viewer.measure import Region, Statistics, statistics
 from reconstruct.viewer.model import ViewerModel
 from reconstruct.viewer.pipeline import Picture
@@ -55,7 +56,7 @@ class Session:
 
     def __init__(
         self,
-        videos: Video | Sequence[Video],
+        videos: Source | Sequence[Source],
         wake: Callable[[], None] = lambda: None,
         folder: Path | None = None,
         recent_file: Path | None = None,
@@ -69,7 +70,7 @@ class Session:
         self._message_until = 0.0
         self._show(videos)
 
-    def _show(self, videos: Video | Sequence[Video]) -> None:
+    def _show(self, videos: Source | Sequence[Source]) -> None:
         self.model = ViewerModel(videos, self._wake)
         self._statistics: tuple[Region, Picture, Statistics] | None = None
         slm = self.model.video.slm
@@ -78,15 +79,19 @@ class Session:
             "fourier": View(FOURIER_SIDE, FOURIER_SIDE),
         }
         if self.recent_file is not None:
-            for video in self.model.videos:
-                single = title_of(video) == video.scene.get("name") and not video.methods
-                path = video.path(video.numbers[0]) if single else video.folder
+            for video in self.model.sources:
+                single = (
+                    not isinstance(video, ColourVideo)
+                    and not video.methods
+                    and title_of(video) == video.scene.get("name")
+                )
+                path = leading(video).path(video.numbers[0]) if single else video.folder
                 note_recent(self.recent_file, path)
 
     @property
     def title(self) -> str:
         """Of the window."""
-        return " and ".join(title_of(v) for v in self.model.videos) + " - chrmc"
+        return " and ".join(title_of(v) for v in self.model.sources) + " - chrmc"
 
     def say(self, message: str) -> None:
         """Tell the user, for a few seconds."""
@@ -151,7 +156,7 @@ class Session:
             self.say(model.fault(front) or "there is no picture yet")
             return
         path = self.folder / (model.suggested_name() + ending)
-        video, request, look = model.videos[front], model.request, model.snapshot().look
+        video, request, look = model.sources[front], model.request, model.snapshot().look
         job: Any
         if kind == "picture" and model.comparing and model.mode == "difference":
             held = model.comparison
@@ -163,7 +168,7 @@ class Session:
             ):
                 self.say("the difference is not sharp yet")
                 return
-            names = [title_of(v) for v in model.videos]
+            names = [title_of(v) for v in model.sources]
             path = path.with_name(f"{names[1]}_less_{names[0]}_{path.name}")
             note = saving.settings_of(video, request, look) | {"sources": names}
             job = lambda: saving.save_difference(path, held, look, note)  # noqa: E731
@@ -176,7 +181,7 @@ class Session:
             numbers = list(model.numbers)
             depths = [request.depth] * len(numbers)
             if model.follow is not None:
-                depth_of = following(video, model.follow)
+                depth_of = following(model.videos[front], model.follow)
                 depths = [depth_of(n) for n in numbers]
             path = self.folder / f"{title_of(video)}{ending}"
             job = lambda: saving.save_frames(  # noqa: E731

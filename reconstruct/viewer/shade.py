@@ -26,6 +26,11 @@ class Look:
     gamma: float = 2.2
     stops: float = 0.0
 
+    @property
+    def glows(self) -> bool:
+        """Whether a video in colours is shown in them: maps, log and phase show its luminance."""
+        return self.mode == "intensity" and self.colours == "grey"
+
 
 @lru_cache
 def colour_table(name: str) -> NDArray[np.float32]:
@@ -70,12 +75,20 @@ def light_of(level: float, white: float, look: Look) -> float:
     return float(top * level**look.gamma)
 
 
-def shade(field: NDArray[np.complexfloating], white: float, look: Look) -> NDArray[np.uint8]:
+def shade(
+    field: NDArray[np.complexfloating],
+    white: float,
+    look: Look,
+    glow: NDArray[np.float32] | None = None,
+) -> NDArray[np.uint8]:
     """(h, w, 3) colours.
 
     white : intensity shown as white before `stops`
+    glow : (h, w, 3) linear sRGB of several lasers, in the unit of white
     Phase is a hue, as bright as the amplitude; 0 is red, +2π/3 green, −2π/3 blue.
     """
+    if glow is not None and look.glows:
+        return np.rint(255 * level_of(glow, white, look)).astype(np.uint8)
     level = level_of(field.real**2 + field.imag**2, white, look)
     if look.mode == "phase":
         colour = hues(np.angle(field)) * np.sqrt(level)[..., None]

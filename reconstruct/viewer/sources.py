@@ -5,7 +5,9 @@ from pathlib import Path
 from chrmc.encoding import coding_for
 from chrmc.pictures import read_grey
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
-from chrmc.store.video import MANIFEST, Video, open_video
+from chrmc.store.colour import ColourVideo, open_video
+from chrmc.store.video import MANIFEST, Video
+from reconstruct.viewer.lasers import Source
 
 
 def open_source(
@@ -13,8 +15,8 @@ def open_source(
     slm: SLM | None = None,
     wavelength: float | None = None,
     encoding: str | None = None,
-) -> Video:
-    """A video's folder or its manifest, or a picture.
+) -> Source:
+    """A video's folder or its manifest, of one laser or several, or a picture.
 
     slm, wavelength (metres), encoding : of a picture, default the LC-R 1080 where its size fits,
         532 nm, "ssb"; a video knows its own, and they are refused
@@ -29,7 +31,7 @@ def open_source(
             if value is not None:
                 raise ValueError(f"{folder} is a video and knows its own: leave out {name}")
         video = open_video(folder)
-        if not video.frames:
+        if not video.numbers:
             raise ValueError(f"{folder} has no frames yet: run `chrmc generate` first")
         return video
     levels = read_grey(path)
@@ -54,13 +56,15 @@ def open_source(
     )
 
 
-def title_of(video: Video) -> str:
+def title_of(video: Source) -> str:
     """What a source is called in the window."""
+    if isinstance(video, ColourVideo):
+        return video.folder.resolve().name
     single = len(video.frames) == 1 and not video.methods
     return str(video.scene.get("name")) if single else video.folder.resolve().name
 
 
-def check_pair(a: Video, b: Video) -> list[int]:
+def check_pair(a: Source, b: Source) -> list[int]:
     """Frame numbers that two videos share, or ValueError where they cannot be compared."""
     if (a.slm.shape, a.slm.pixel_pitch) != (b.slm.shape, b.slm.pixel_pitch):
         raise ValueError(

@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 
 from chrmc.encoding import coding_for
+from chrmc.store.colour import ColourVideo
 from chrmc.store.video import Video
 from reconstruct.bench import Filter
 from reconstruct.sequence import targets_of
 from reconstruct.verdict import Target
 from reconstruct.viewer.compare import MODES
 from reconstruct.viewer.history import History
+from reconstruct.viewer.lasers import Source, leading
 from reconstruct.viewer.measure import Line, Region
 from reconstruct.viewer.shade import Look
 from reconstruct.viewer.sight import Sight
@@ -41,7 +43,8 @@ class Snapshot:
 class ViewerState:
     """What one video, or two that are compared, are looked at with.
 
-    videos : one or two, of the same panel
+    videos : one or two, of the same panel; of one in colours, that of its leading laser
+    sources : what they were opened as
 
     follow : name of the object whose depth every frame is shown at, or None
     look : how pictures become colours
@@ -54,12 +57,15 @@ class ViewerState:
     playing, rate : frames follow each other, so many a second
     """
 
-    def __init__(self, videos: Video | Sequence[Video]) -> None:
-        self.videos = [videos] if isinstance(videos, Video) else list(videos)
-        for video in self.videos:
-            if not video.frames:
-                raise ValueError(f"{video.folder} has no frames yet: run `chrmc generate` first")
-        self.numbers = check_pair(*self.videos) if self.comparing else self.video.numbers
+    def __init__(self, videos: Source | Sequence[Source]) -> None:
+        self.sources: list[Source] = (
+            [videos] if isinstance(videos, Video | ColourVideo) else list(videos)
+        )
+        self.videos = [leading(source) for source in self.sources]
+        for source in self.sources:
+            if not source.numbers:
+                raise ValueError(f"{source.folder} has no frames yet: run `chrmc generate` first")
+        self.numbers = check_pair(*self.sources) if self.comparing else self.sources[0].numbers
         self.look = Look()
         self.follow: str | None = None
         self.active = 0
@@ -98,8 +104,8 @@ class ViewerState:
     @number.setter
     def number(self, number: int) -> None:
         if number not in self.numbers:
-            for video in self.videos:
-                video.entry(number)  # says which there are
+            for source in self.sources:
+                source.entry(number)  # says which there are
         self._turn_to(self.numbers.index(number))
 
     @property

@@ -15,9 +15,9 @@ import numpy as np
 from imgui_bundle import imgui
 
 from chrmc.gl_context import window_context, window_hints
-from chrmc.store.video import Video
 from reconstruct.images import write_colour
 from reconstruct.viewer import theme
+from reconstruct.viewer.lasers import Source
 from reconstruct.viewer.layout import Layout
 from reconstruct.viewer.recent import recent_file
 from reconstruct.viewer.session import Session
@@ -71,7 +71,7 @@ def key_name(key: int, scancode: int, modifiers: int) -> str:
 class ViewerWindow:
     """One window on one video, or on two; `run` returns when it is closed."""
 
-    def __init__(self, videos: Video | Sequence[Video], visible: bool = True) -> None:
+    def __init__(self, videos: Source | Sequence[Source], visible: bool = True) -> None:
         self._lively = 3
         recent: Path | None = None
         with contextlib.suppress(ImportError):
@@ -274,6 +274,6 @@ class ViewerWindow:
         glfw.terminate()
 
 
-def view(videos: Video | Sequence[Video]) -> None:
+def view(videos: Source | Sequence[Source]) -> None:
     """Open the viewer on a video, or on two to compare, and return when it is closed."""
     ViewerWindow(videos).run()

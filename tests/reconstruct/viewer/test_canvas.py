@@ -39,6 +39,21 @@ def test_the_shader_shades_like_numpy(context, mode, colours):
     assert np.abs(got - want).max() <= 1
 
 
+def test_the_lasers_colours_are_shown_in_grey_and_nowhere_else(context):
+    glow = RNG.exponential(size=(30, 40, 3)).astype(np.float32)
+    view = view_of(FIELD.shape, (40, 30))
+    canvas = Canvas(context, "complex")
+    canvas.upload(FIELD, 1, glow=glow)
+    for look in (Look(gamma=1.8, stops=0.5), Look("log"), Look(colours="magma"), Look("phase")):
+        canvas.draw((40, 30), view, look, 2.0)
+        want = shade(FIELD, 2.0, look, glow).astype(int)
+        assert np.abs(canvas.read().astype(int) - want).max() <= 1
+    canvas.upload(FIELD, 2)  # a picture of one laser follows
+    canvas.draw((40, 30), view, Look(), 2.0)
+    want = shade(FIELD, 2.0, Look()).astype(int)
+    assert np.abs(canvas.read().astype(int) - want).max() <= 1
+
+
 def test_zoom_and_pan_show_the_pixels_that_the_view_says(context):
     grey = RNG.integers(0, 256, (30, 40), dtype=np.uint8)
     view = view_of(grey.shape, (64, 48))
