@@ -29,8 +29,9 @@ from chrmc.window import Window
 
 _POINTS = 256  # whose tables are held at once
 _BLOCK = 1 << 15  # pixels a thread works on at once: its few buffers stay in the cache
-_CANCELLED = 1e-3  # of the power of unrelated waves: what is left is summed in float64
-_REST_CYCLES = 64.0  # float32 holds a rest of so many wavelengths to 1e-4 rad
+_ALLOWED = 4e-6  # expected error up to which single precision will do; some pixels see twice that
+_WAVE, _REST = 1.7e-7, 6e-7  # error of a wave in float32, and for each wavelength of its `rest`
+_ADDED = 3e-8  # of a sum, for each wave added to it, at random
 
 
 @dataclass(frozen=True)
@@ -84,11 +85,11 @@ def field(
     passband : what the soft footprint of each point ends at; infinite for bare waves
 
     Relative error against `chrmc.reference_field` below 1e-5 (tested from 1 mm to 10 m depth,
-    bare waves at steep angles included: where `rest` passes 64 wavelengths the points are
+    bare waves at steep angles included: where `rest` passes 6 wavelengths the points are
     computed in float64, several times slower; so is all where waves cancel).
     """
-    out, power = _sum(cloud, slm, wavelength, window, passband, np.complex64)
-    if np.vdot(out, out).real < _CANCELLED * power:
+    out, noise = _sum(cloud, slm, wavelength, window, passband, np.complex64)
+    if noise > _ALLOWED**2 * _power(out):
         exact, _ = _sum(cloud, slm, wavelength, window, passband, np.complex128)
         return exact.astype(np.complex64)
     return out
@@ -99,10 +100,10 @@ def quick_field(
 ) -> NDArray[np.complex64] | None:
     """`field` where single precision is enough for all of it, else None."""
     x, y = slm.x(window.columns), slm.y(window.rows)
-    if np.max(_rest(cloud, x, y, wavelength, passband)) >= _REST_CYCLES:
+    if np.max(_doubt(_rest(cloud, x, y, wavelength, passband))) > _ALLOWED:
         return None
-    out, power = _sum(cloud, slm, wavelength, window, passband, np.complex64)
-    return None if np.vdot(out, out).real < _CANCELLED * power else out
+    out, noise = _sum(cloud, slm, wavelength, window, passband, np.complex64)
+    return None if noise > _ALLOWED**2 * _power(out) else out
 
 
 def _sum(
@@ -114,8 +115,9 @@ def _sum(
     kind: type[np.complexfloating[Any, Any]],
 ) -> tuple[NDArray[Any], float]:
     """The field, in single precision where that is enough for every point, or all in double; and
-    the power that waves of unrelated phases would have."""
-    power = 0.0
+    the power of the error that single precision leaves, points of unrelated phases."""
+    noise = 0.0
+    added = _ADDED**2 * (min(len(cloud), _POINTS) + len(cloud) / _POINTS)
     x, y = slm.x(window.columns), slm.y(window.rows)
     out = np.zeros(window.shape, dtype=kind)
     step = max(1, _BLOCK // max(1, len(x)))
@@ -132,14 +134,23 @@ def _sum(
             axis_y.turn[...] += 2 * np.pi * (cycles - np.rint(cycles))[:, None]
             axis_y.weight[...] *= part.amplitude[:, None]
             waves = np.sum(axis_x.weight**2, axis=1) * np.sum(axis_y.weight**2, axis=1)
-            power += float(np.sum(waves / z**2))
-            double = kind is np.complex128
-            small = np.max(_rest(part, x, y, wavelength, passband)) < _REST_CYCLES
-            dtype = np.float32 if small and not double else np.float64
+            doubt = _doubt(_rest(part, x, y, wavelength, passband))
+            single = kind is np.complex64 and np.max(doubt) <= _ALLOWED
+            dtype = np.float32 if single else np.float64
+            noise += float(np.sum(waves / z**2 * (doubt**2 * single + added)))
             arguments = (z, wavelength, axis_x.cast(dtype), axis_y.cast(dtype), out)
             for done in [pool.submit(_add, rows, *arguments) for rows in blocks]:
                 done.result()
-    return out, power
+    return out, noise
+
+
+def _power(field: NDArray[Any]) -> float:
+    return float(np.vdot(field, field).real)
+
+
+def _doubt(rest: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Relative error of waves in float32, of so many wavelengths of `rest`."""
+    return np.hypot(_WAVE, _REST * rest)
 
 
 def _rest(
@@ -232,4 +243,4 @@ def waves(
     return true_waves(cloud, slm, wavelength, rows, columns, passband)
 
 
-METHOD = CGHMethod(field, cost=cost, waves=waves, rounding=1.7e-7)
+METHOD = CGHMethod(field, cost=cost, waves=waves, rounding=_WAVE)

@@ -39,6 +39,7 @@ from chrmc.cgh.curved.direct import (
     RAY_ERROR,
     SMALL,
     direct_field,
+    rounding_of,
 )
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.parallel import alone, spread
@@ -280,7 +281,15 @@ def _sum(
 
     def exact() -> NDArray[np.complex128]:
         x, y = slm.x(window.columns), slm.y(window.rows)
-        return direct_field(cloud, x, y, wavelength, plane.reach)
+        made = direct_field(cloud, x, y, wavelength, plane.reach)
+        rounding = rounding_of(made, cloud, x, y, plane.reach)
+        if rounding > tolerance:
+            raise ValueError(
+                f"a tolerance of {tolerance:g} cannot be kept here: waves all but cancel, and "
+                f"double precision holds what is left to {rounding:.2g}; leave out points that "
+                "cancel each other, or allow more"
+            )
+        return made
 
     if work <= SMALL:
         return exact(), None

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from itertools import product
-from math import pi
+from math import pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,8 @@ BEARABLE_BY_RAYS = 1_000_000_000
 """The same for `chrmc.cgh.rt` in single precision, several times as fast, of RAY_ERROR at most."""
 RAY_ERROR = 1e-5
 
+_WAVE_ERROR = 5e-16  # of a wave in double precision
+
 _BLOCK = 1 << 15  # waves formed at once: they fit the second cache
 _PIECES = 8  # of an axis, at least, for several cores
 _TABLES = 1 << 22  # weights held at once
@@ -53,6 +55,34 @@ def direct_field(
     return weighted_waves(cloud, x, y, wavelength, across, down)
 
 
+def rounding_of(
+    field: NDArray[np.complex128],
+    cloud: PointCloud,
+    x: Floats,
+    y: Floats,
+    reach: tuple[float, float],
+) -> float:
+    """Relative error that double precision leaves of a field at x, y, which waves may cancel in.
+
+    An upper bound where that is little; infinite where waves leave nothing at all.
+    """
+    left = float(np.vdot(field, field).real)
+    z = cloud.positions[:, 2]
+    power = (cloud.amplitude / z) ** 2
+    if left >= 1e-12 * field.size * power.sum():  # not even half way to the end
+        return 1e6 * _WAVE_ERROR
+    step = max(1, _TABLES // (len(x) + len(y)))
+    for first in range(0, len(cloud), step):
+        some = slice(first, first + step)
+        for axis, (t, far) in enumerate(zip((x, y), reach, strict=True)):
+            offset = t - cloud.positions[some, axis, None]
+            weight = taper(offset, (z[some] * far)[:, None])
+            power[some] *= np.sum(weight**2 / (1 + (offset / z[some, None]) ** 2), axis=1)
+    if left == 0:
+        return np.inf if power.any() else 0.0
+    return _WAVE_ERROR * sqrt(power.sum() / left)
+
+
 def weighted_waves(
     cloud: PointCloud, x: Floats, y: Floats, wavelength: float, across: Weigh, down: Weigh
 ) -> NDArray[np.complex128]:
@@ -67,6 +97,7 @@ def weighted_waves(
     px, py, pz = (cloud.positions / wavelength).T
     u, v = x / wavelength, y / wavelength
     own = pz - np.rint(pz) + cloud.phase / (2 * pi)
+    own -= np.rint(own)
     strength = cloud.amplitude / wavelength
     columns = len(u) if len(v) >= _PIECES else -(-len(u) // _PIECES)
     rows = max(1, min(-(-len(v) // _PIECES), _BLOCK // columns))
@@ -86,8 +117,9 @@ def weighted_waves(
             r = (y2 + z * z)[:, :, None] + x2[:, None, :]
             np.sqrt(r, out=r)
             turn /= r + z[:, :, None]  # r − z, without cancellation
-            turn += own[here, None, None]
+            # Whole turns out first, or the sum would lose the phase's digits.
             turn -= np.rint(turn)
+            turn += own[here, None, None]
             turn *= 2 * pi
             np.divide(of_x[some, None, wide], r, out=r)
             r *= of_y[some, part, None]

@@ -8,7 +8,7 @@ the baseband at the nodes.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import hypot, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ _TARGETS = 5  # targets of each block that are tried; more where there are few b
 ROUNDING = 5e-7
 """Relative error that single-precision products and pixels leave."""
 _FEW_POINTS = 8
+_FEW_NODES = 16  # of a run: its error has as few shapes
 
 
 @dataclass(frozen=True)
@@ -63,9 +64,15 @@ class Budget:
 def error_allowed(factors: Sequence[Factor], tolerance: float, points: int) -> float:
     """The expected error up to which the measured one is sure to stay within the tolerance."""
     # Few nodes, or few points, see one draw of the phases, which may lie far from the mean.
-    few = min(min(factor.real.shape) for factor in factors) < 12 or points < _FEW_POINTS
+    nodes = min((_widest(a) for f in factors for a in (f.axis_x, f.axis_y)), default=0)
+    few = nodes < _FEW_NODES or points < _FEW_POINTS
     share = 0.4 if points < _FEW_POINTS else 0.5
-    return min(0.8, share + ROUNDING / tolerance if few else 0.8) * tolerance
+    return min(0.8, hypot(share, ROUNDING / tolerance) if few else 0.8) * tolerance
+
+
+def _widest(axis: Axis) -> int:
+    """Nodes of the longest run: runs are interpolated each for itself."""
+    return max((run.nodes.stop - run.nodes.start for run in axis.runs), default=0)
 
 
 def promise_kept(factors: Sequence[Factor], budget: Budget, tolerance: float, points: int) -> bool:

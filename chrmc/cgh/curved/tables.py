@@ -53,8 +53,9 @@ def phasor_table(
     for start in range(0, shape[0], step):
         some = slice(start, min(start + step, shape[0]))
         turns = cycles(some)
-        turn = np.subtract(turns, np.rint(turns)).astype(precision)
-        turn *= precision(2 * pi)
+        turns -= np.rint(turns)
+        turns *= 2 * pi  # single precision's 2π is too long by 3e-8: all cosines would be less
+        turn = turns.astype(precision, copy=False)
         cos, sin, both = out[:, some]
         np.cos(turn, out=cos)
         np.sin(turn, out=sin)

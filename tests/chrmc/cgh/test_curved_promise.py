@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_info
 
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud, compute_field
@@ -12,7 +13,8 @@ from chrmc.cgh import curved, field_and_error, rt
 from chrmc.cgh.curved import parallel, predict, verify
 from chrmc.cgh.curved.baseband import cluster_axes
 from chrmc.cgh.curved.clusters import bounding_box, reference_of
-from chrmc.cgh.curved.tables import exact_baseband
+from chrmc.cgh.curved.direct import rounding_of
+from chrmc.cgh.curved.tables import exact_baseband, phasor_table
 from chrmc.cgh.curved.wave import Wave
 from chrmc.encoding import coding_for
 from chrmc.optics.footprint import coverage, expected_power, reach
@@ -74,6 +76,32 @@ def test_waves_that_all_but_cancel_are_exact_or_refused() -> None:
     assert relative_error(compute_field(both, PANEL, WAVELENGTH, "rt"), truth) < 1e-5
     with pytest.raises(ValueError, match="all but cancel"):
         curved.low_rank(both, PANEL, WAVELENGTH, Window.full(PANEL), full_band(PANEL))
+
+
+def test_what_double_precision_leaves_of_opposite_waves_is_kept_or_refused() -> None:
+    small, wavelength = SLM("s", 40, 30, 7e-5), 7e-6
+    one = cloud_of(40, (3e-4,) * 3, (0, 0, 0.03))
+
+    def made(turned: float) -> tuple[PointCloud, NDArray[np.complex64]]:
+        against = PointCloud(one.positions, one.amplitude, one.phase + np.pi * (1 + turned))
+        both = PointCloud.concatenate([one, against])
+        return both, compute_field(both, small, wavelength, "curved", tolerance=2e-6)
+
+    both, field = made(3e-9)
+    assert relative_error(field, reference_field(both, small, wavelength)) < 1e-6
+    with pytest.raises(ValueError, match=r"holds what is left to .*leave out points"):
+        made(1e-12)
+    # Where no footprint reaches there is nothing to keep.
+    aside = PointCloud(one.positions + np.array([0.1, 0, 0]), one.amplitude, one.phase)
+    dark = rounding_of(np.zeros((1, 2), complex), aside, np.zeros(2), np.zeros(1), (0.1, 0.1))
+    assert dark == 0
+
+
+def test_tables_in_single_precision_have_no_bias() -> None:
+    cycles = np.random.default_rng(0).uniform(-9, 9, (200, 1000))
+    cos, sin, _ = phasor_table(lambda some: cycles[some].copy(), cycles.shape, np.float32)
+    assert abs(np.mean(cos - np.cos(2 * np.pi * cycles))) < 5e-9
+    assert abs(np.mean(sin - np.sin(2 * np.pi * cycles))) < 5e-9
 
 
 def test_a_wrong_factor_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import chrmc
+from chrmc.cgh import rt
 from chrmc.encoding import coding_for
+from chrmc.optics.passband import UNLIMITED
 from chrmc.reference import reference_field, reference_samples, relative_error
 from chrmc.slm import SLM
 from chrmc.window import Window
@@ -43,6 +45,25 @@ def test_bare_waves_at_steep_angles(depth: float) -> None:
         )[:, columns]
         expected = truth[rows == row]
         assert relative_error(field, expected) < 2e-5
+
+
+@pytest.mark.parametrize("aside", [1e-3, 1.6e-3, 2e-3, 2.6e-3, 4e-3])
+@pytest.mark.parametrize("count", [3, 700])
+def test_single_precision_is_left_before_its_error_shows(
+    aside: float, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Oblique waves: a rest of 2 to 100 wavelengths."""
+    panel, window = SLM("s", 40, 30, 1e-5), Window(0, 30, 0, 40)
+    cloud = cloud_at(0.01, 1e-4, count)
+    places = cloud.positions + np.array([aside, aside, 0])
+    cloud = chrmc.PointCloud(places, cloud.amplitude, cloud.phase)
+    truth = reference_field(cloud, panel, WAVELENGTH, footprint=None)
+    made = chrmc.compute_field(cloud, panel, WAVELENGTH, footprint=None, method="rt")
+    assert relative_error(made, truth) < 6e-6
+    monkeypatch.setattr(rt, "_ALLOWED", 1.0)
+    single, noise = rt._sum(cloud, panel, WAVELENGTH, window, UNLIMITED, np.complex64)
+    expected = np.sqrt(noise) / np.linalg.norm(truth)
+    assert 0.25 < relative_error(single, truth) / expected < 1.2
 
 
 def test_full_size_scene_like_cloud() -> None:
