@@ -47,12 +47,12 @@ def test_bare_waves_at_steep_angles(depth: float) -> None:
         assert relative_error(field, expected) < 2e-5
 
 
-@pytest.mark.parametrize("aside", [1e-3, 1.6e-3, 2e-3, 2.6e-3, 4e-3])
-@pytest.mark.parametrize("count", [3, 700])
+@pytest.mark.parametrize("aside", [1.4e-3, 3e-3])
+@pytest.mark.parametrize("count", [3, 300])
 def test_single_precision_is_left_before_its_error_shows(
     aside: float, count: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Oblique waves: a rest of 2 to 100 wavelengths."""
+    """Oblique waves: `rest` of a few wavelengths, and of dozens."""
     panel, window = SLM("s", 40, 30, 1e-5), Window(0, 30, 0, 40)
     cloud = cloud_at(0.01, 1e-4, count)
     places = cloud.positions + np.array([aside, aside, 0])
