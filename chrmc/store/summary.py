@@ -1,5 +1,6 @@
 """What a video cost and how wrong it is, in a few lines."""
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -73,11 +74,15 @@ def _why_nothing_is_reused(video: Video) -> str:
     if video.methods.get("compensation") == "none":
         return "each computed afresh: without compensation nothing is reused"
     reasons: dict[str, str] = {}
+    times: Counter[str] = Counter()
     for entry in video.frames:
         for name, said in entry.get("reuse", {}).items():
             how, _, why = str(said).partition(": ")
+            times[name] += how == "afresh"
             if how == "afresh" and why:
                 reasons.setdefault(name, f"{name}: {why}")
+    # An object that rested, or was computed afresh now and then, is no reason.
+    reasons = {name: why for name, why in reasons.items() if 2 * times[name] > len(video.frames)}
     if not reasons:
         return ""
     poses = "; ids and the poses of all objects in scene.json would tell"

@@ -267,8 +267,8 @@ class _Maker:
                 cancels = self._missed(factors, cloud, total) > SURE
             whole = None
             if cancels:
-                thing = ObjectFrame("", cloud)
-                whole = self._afresh(thing, record, "the light of several objects cancels")
+                thing = ObjectFrame("all objects", cloud)
+                whole = self._afresh(thing, record, "their sum is less exact than each")
             self._whole = versions, whole
         return (tracks, total) if whole is None else ([whole], whole.budget)
 

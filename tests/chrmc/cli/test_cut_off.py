@@ -65,7 +65,10 @@ def cut(arguments: list[str], folder: Path, sign: str, number: int) -> tuple[int
     return ended(process)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "number",
+    [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long), signal.SIGKILL],
+)
 def test_a_video_that_is_cut_off_is_whole_as_far_as_it_goes_and_goes_on(
     number: signal.Signals, tmp_path: Path
 ) -> None:
