@@ -84,7 +84,7 @@ def _write_toml(
 
     if out.exists() and not force:
         raise ValueError(f"{out} is there already: choose another name, or replace it with --force")
-    other = next((t for t in things if not is_thing(t) or Path(t).is_dir()), None)
+    other = next((t for t in things if not is_thing(t)), None)
     if other is not None:
         raise ValueError(f"{other} is no file that a scene.toml could name")
     built = build_things(things, slm=slm, wavelength=wavelength, **options)  # type: ignore[arg-type]

@@ -121,15 +121,24 @@ def _place(words: str) -> tuple[Path | None, str]:
     return Path(source), words.removeprefix(source)
 
 
-def content_hash(path: Path) -> str:
-    """SHA-256 of a file, of a folder's files with their names, of a scene.toml with its files."""
-    files = [path]
-    if path.is_dir():
-        files = sorted(p for p in path.rglob("*") if p.is_file() and not p.name.startswith("."))
-    elif path.suffix.lower() == ".toml":
-        from chrmc.scene.sources.world_toml import read_toml
+def _files(path: Path) -> list[Path]:
+    """A file or folder with all that belongs to it, in a fixed order."""
+    from chrmc.scene.sources.beside import beside
+    from chrmc.scene.sources.world_toml import read_toml
 
-        files += read_toml(path).files
+    if path.is_dir():
+        return sorted(p for p in path.rglob("*") if p.is_file() and not p.name.startswith("."))
+    if path.suffix.lower() != ".toml":
+        return [path, *beside(path)]
+    inner = read_toml(path).files
+    # A scene.toml cannot hold another one, whatever it says.
+    return [path, *(p for f in inner for p in (_files(f) if f.suffix.lower() != ".toml" else [f]))]
+
+
+def content_hash(path: Path) -> str:
+    """SHA-256 of a file; with their names, of a folder's files, of a scene.toml with its files, of
+    a mesh with the materials, textures and buffers beside it."""
+    files = _files(path)
     digest = hashlib.sha256()
     for file in files:
         if len(files) > 1:

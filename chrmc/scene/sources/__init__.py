@@ -32,6 +32,10 @@ def read_model(source: str) -> "Model":
     path = Path(source)
     if not path.exists():
         raise FileNotFoundError(f"{path} is missing")
+    if path.is_dir():
+        from chrmc.scene.sources.recording import recorded_model
+
+        return recorded_model(path)
     if not path.is_file():
         raise ValueError(f"{path} is no file")
     reader = READERS.get(path.suffix.lower())

@@ -16,6 +16,7 @@ from chrmc.scene.sources.poses import poses_from_csv
 from chrmc.scene.sources.volume import BODY_SHARE, DEPTH, box, cell, outside
 from chrmc.scene.sources.world import Thing, World
 from chrmc.scene.surface.cast import Cast
+from chrmc.scene.surface.recorded import FINEST, Recorded
 from chrmc.scene.surface.surface import Surface
 from chrmc.slm import SLM, WAVELENGTH
 
@@ -138,6 +139,10 @@ def _placed(
             )
         if isinstance(body, Surface):
             placed[name] = _timed(body, frame_of).moved(scale, centre), poses
+        elif isinstance(body, Recorded):
+            finest = sqrt((world.density or FINEST) * np.prod(cell(slm, wavelength, z)))
+            filmed = body.moved(scale, centre).filmed(frame_of, finest, world.points)
+            placed[name] = filmed, poses
         else:
             placed[name] = replace(body, positions=scale * (positions - centre)), poses
     resolved = replace(thing, size=None, scale=scale, up=up, place=tuple(place))
@@ -256,7 +261,7 @@ def _fitted(
 
     scaled: dict[str, Surface | PointCloud] = {}
     for name, body in bodies.items():
-        if isinstance(body, Surface):
+        if isinstance(body, Surface | Recorded):
             scaled[name] = body.moved(factor, np.zeros(3))
         else:
             scaled[name] = replace(body, positions=factor * body.positions)

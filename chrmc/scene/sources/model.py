@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Pose
+from chrmc.scene.surface.recorded import Recorded
 from chrmc.scene.surface.surface import Surface
 
 UP = {
@@ -50,10 +51,13 @@ class Model:
         return poses[min(frame, len(poses) - 1)]
 
     def corners(self, frames: Sequence[int] = (0,)) -> NDArray[np.float64]:
-        """(N, 3) all vertices or points, in the file's axes, over some frames."""
+        """(N, 3) all vertices or points, in the file's axes, over some frames; a recording's
+        outliers are drawn in."""
         return np.concatenate(
             [
-                self.pose(name, frame).apply(body_positions(body))
+                self.pose(name, frame).apply(
+                    body.core if isinstance(body, Recorded) else body_positions(body)
+                )
                 for name, body in self.bodies.items()
                 for frame in frames
             ]

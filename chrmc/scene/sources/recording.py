@@ -25,7 +25,9 @@ from chrmc.scene.scene_json import SCENE_FILE
 from chrmc.scene.sources.camera import Camera, camera_of
 from chrmc.scene.sources.frames import CloudScene
 from chrmc.scene.sources.images import read_samples
+from chrmc.scene.sources.model import Model
 from chrmc.scene.sources.volume import DEPTH, box, cell
+from chrmc.scene.surface.recorded import Recorded
 from chrmc.slm import SLM, WAVELENGTH
 
 CAMERA_FILES = ("camera.json", "intrinsics.json", "camera_intrinsics.json", "calibration.json")
@@ -34,6 +36,10 @@ ENDINGS = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
 TUM_SCALE = 1 / 5000
 """Metres per unit of the depth pictures of the TUM RGB-D set."""
 TUM_CAMERA = (525.0, 525.0, 319.5, 239.5)
+Pair = tuple[Path, Path]
+"""Colour and depth of one frame."""
+MOST_FRAMES = 100_000
+"""Of a recording with a gap in its time stamps."""
 PAIR_WITHIN = 0.02
 """Seconds between the stamps of a colour and a depth picture of one frame."""
 SEED = 20180917
@@ -80,7 +86,7 @@ def read_recording(
     depths. Colour and depth pictures are paired by their time stamps or numbers; one without a
     partner is left out, and said.
     """
-    pairs, notes = _pairs(folder)
+    pairs, notes, _ = _pairs(folder)
     light, depth, _ = _read(pairs[0])
     camera = _camera(folder, depth.shape)
     first, _ = _positions(light, depth, camera)
@@ -115,13 +121,8 @@ def read_recording(
     )
 
     def read(number: int) -> dict[str, PointCloud]:
-        light, depth, colour = _read(pairs[number - 1])
-        positions, index = _positions(light, depth, camera, step)
-        phases = np.random.default_rng(SEED).uniform(0, 2 * np.pi, depth.shape)
-        shown = None if colour is None else colour[index]
-        # Lambert: a pixel's light is what its solid angle sends, whatever its distance.
-        cloud = PointCloud(offset + scale * positions, np.sqrt(light[index]), phases[index], shown)
-        return {folder.name: cloud}
+        cloud = _cloud(pairs[number - 1], camera, step)
+        return {folder.name: replace(cloud, positions=offset + scale * cloud.positions)}
 
     return CloudScene(
         name=folder.resolve().name,
@@ -130,6 +131,49 @@ def read_recording(
         object_names=(folder.name,),
         notes=tuple(notes),
     )
+
+
+def recorded_model(folder: Path) -> Model:
+    """A recording as one thing among others: metres about the camera, x right, y down.
+
+    Frames follow each other at the rate of the time stamps, a missing one is its predecessor
+    again; without stamps one picture is one frame.
+    """
+    if not is_recording(folder):
+        raise ValueError(
+            f"{folder} is no recording: it needs colour and depth pictures with the camera's JSON, "
+            "or EXR frames with a scene.json that speaks of a camera"
+        )
+    pairs, notes, stamps = _pairs(folder)
+    _, depth, _ = _read(pairs[0])
+    camera = _camera(folder, depth.shape)
+
+    def read(frame: int, step: int) -> PointCloud:
+        return _cloud(pairs[shown[frame]], camera, step)
+
+    rate, shown = None, np.arange(len(pairs))
+    if len(stamps) > 1:
+        since = np.array(stamps) - stamps[0]
+        rate = float(1 / np.quantile(np.diff(since), 0.5, method="lower"))
+        count = int(min(round(since[-1] * rate) + 1, MOST_FRAMES))
+        # Half a frame early counts as in time.
+        shown = np.searchsorted(since, (np.arange(count) + 0.5) / rate) - 1
+    if not len(read(0, 1)):
+        raise ValueError(f"{pairs[0][1]} has no pixel with a depth: nothing to show")
+    spacing = camera.pixel(float(np.median(read(0, 1).positions[:, 2])))
+    body = Recorded.of(read, spacing)
+    note = f"{folder.name}: {len(pairs)} pictures; its points have no identity from frame to frame"
+    return Model({folder.name: body}, up="-y", rate=rate, frames=len(shown), notes=(*notes, note))
+
+
+def _cloud(pair: Pair, camera: Camera, step: int) -> PointCloud:
+    """What the camera saw, in its axes."""
+    light, depth, colour = _read(pair)
+    positions, index = _positions(light, depth, camera, step)
+    phases = np.random.default_rng(SEED).uniform(0, 2 * np.pi, depth.shape)
+    shown = None if colour is None else colour[index]
+    # Lambert: a pixel's light is what its solid angle sends, whatever its distance.
+    return PointCloud(positions, np.sqrt(light[index]), phases[index], shown)
 
 
 def _camera(folder: Path, shape: tuple[int, ...]) -> Camera:
@@ -146,33 +190,32 @@ def _camera(folder: Path, shape: tuple[int, ...]) -> Camera:
     return camera_of(content, str(path), shape)
 
 
-Pair = tuple[Path, Path]
-
-
-def _pairs(folder: Path) -> tuple[list[Pair], list[str]]:
-    """Colour and depth pictures of each frame in order of time, and what was left out."""
+def _pairs(folder: Path) -> tuple[list[Pair], list[str], list[float]]:
+    """Colour and depth pictures of each frame in order of time, what was left out, and seconds of
+    each frame where a list says them."""
     if (folder / "rgb.txt").is_file() and (folder / "depth.txt").is_file():
         colour, depth = (_listed(folder, folder / f) for f in ("rgb.txt", "depth.txt"))
         within = PAIR_WITHIN
     elif _words(folder):
         files = numbered(folder)
-        return [(path, path) for path in files], []
+        return [(path, path) for path in files], [], []
     else:
         colour, depth = _found(folder)
         within = 0.0
-    notes, pairs, used = [], [], set()
+    notes, pairs, times, used = [], [], [], set()
     stamps = np.array(sorted(colour))
     for stamp in sorted(depth):
         nearest = stamps[np.abs(stamps - stamp).argmin()]
         if abs(nearest - stamp) <= within and nearest not in used:
             used.add(nearest)
             pairs.append((colour[nearest], depth[stamp]))
+            times.append(stamp)
     lonely = len(depth) + len(colour) - 2 * len(pairs)
     if lonely:
         notes.append(f"{folder.name}: {lonely} pictures have no partner of their time; left out")
     if not pairs:
         raise ValueError(f"{folder}: no colour picture goes with a depth picture; see the docs")
-    return pairs, notes
+    return pairs, notes, times if within else []
 
 
 def _listed(folder: Path, path: Path) -> dict[float, Path]:

@@ -27,7 +27,8 @@ def is_thing(words: str) -> bool:
     path = Path(words)
     if path.suffix.lower() == ".toml" or is_recording(path):
         return True
-    return readable(words if path.exists() else split_depth(words)[0])
+    source = words if path.exists() else split_depth(words)[0]
+    return readable(source) or is_recording(Path(source))
 
 
 def load_things(

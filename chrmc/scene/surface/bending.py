@@ -1,4 +1,4 @@
-"""A scene in which something bends."""
+"""A scene in which something is not rigid."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BendingScene:
-    """A scene with a surface that bends: points keep their place on it, but are no rigid body.
+    """A scene with a surface that bends, whose points keep their place on it but are no rigid
+    body, or with a recording, whose points are others in every frame.
 
     Names as in `chrmc.scene.scene.Scene`; objects that are rigid have a body and a pose.
     """
@@ -56,10 +57,8 @@ class BendingScene:
         return self.cast.notes
 
     def pose(self, name: str, number: int) -> Pose | None:
-        """Body to world; None of what bends."""
-        surface = self.points[name].surface
-        bends = surface is not None and surface.shape is not None
-        return None if bends else self.cast.pose(name, number)
+        """Body to world; None of what is not rigid."""
+        return self.cast.pose(name, number) if self.points[name].rigid else None
 
     def frame(self, number: int) -> SceneFrame:
         """Frame `number`, from 1."""
@@ -69,8 +68,8 @@ class BendingScene:
     def _object(self, name: str, number: int) -> ObjectFrame:
         points = self.points[name]
         ids = np.flatnonzero(self.mask(name, number))
-        shown = points.cloud.select(ids)
-        place = self.cast.pose(name, number).apply(points.positions(number)[ids])
+        shown = points.in_frame(number).select(ids)
+        place = self.cast.pose(name, number).apply(shown.positions)
         cloud = PointCloud(place, shown.amplitude, shown.phase, shown.colour)
         pose = self.pose(name, number)
         if pose is None:

@@ -41,7 +41,8 @@ MILLIMETRE = 1e-3
 class Cast:
     """Named bodies and their motion.
 
-    bodies : name to a `Surface`, or to a PointCloud that surfaces hide but that hides nothing
+    bodies : name to a `Surface`, or to a PointCloud that surfaces hide but that hides nothing; its
+        points may be `Recorded`
     poses : name to one pose per frame, or a single one
     spacing : metres between points of the surfaces, √(area per point)
     lamp : None for unlit surfaces; its light is fixed to each body as in frame 1
@@ -81,7 +82,7 @@ class Cast:
         return {name: b for name, b in self.bodies.items() if isinstance(b, Surface)}
 
     def points(self) -> Scene:
-        """The scene as points: a `PointScene`, or a `BendingScene` where a surface bends."""
+        """The scene as points: a `PointScene`, or a `BendingScene` where something is not rigid."""
         points = {
             name: self._sampled(name, body, self.seed + k)
             if isinstance(body, Surface)
@@ -93,7 +94,7 @@ class Cast:
         if self.surfaces or self.shown is not None:
             seen = Seen(self, points)
             visible = {name: partial(seen.mask, name) for name in clouds}
-            if any(s.shape for s in self.drawn.values()):
+            if not all(each.rigid for each in points.values()):
                 return BendingScene(self, points, seen.mask)
         return PointScene(
             name=self.name,
@@ -132,7 +133,7 @@ class Cast:
     def pictures(self, shape: tuple[int, int], planes: DepthPlanes | None = None) -> RGBDScene:
         """The scene as intensity, depth and object pictures, seen along z."""
         surfaces = self.drawn
-        if not surfaces:
+        if len(surfaces) < len(self.bodies):
             return rasterised(self.points(), shape, planes)
         buffer, owner = buffer_of(surfaces)
 

@@ -1,7 +1,7 @@
 """Which points of a cast are seen: in front of everything, and turned to the hologram."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from chrmc.kept import KeptFrames
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Pose
+from chrmc.scene.surface.recorded import Recorded
 from chrmc.scene.surface.surface import Surface
 from chrmc.scene.surface.zbuffer import SLACK, ZBuffer
 
@@ -64,11 +65,21 @@ class Sampled:
         """(N, 3) of the rigid surface."""
         return None if self.surface is None else self.surface.face_normals[self.face]
 
-    def positions(self, number: int) -> NDArray[np.float64]:
-        """(N, 3) body positions in frame `number`."""
+    @property
+    def rigid(self) -> bool:
+        """Whether its points are the same, at the same places of the body, in all frames."""
+        if self.surface is None:
+            return not isinstance(self.cloud, Recorded)
+        return self.surface.shape is None
+
+    def in_frame(self, number: int) -> PointCloud:
+        """The points in frame `number`, in body coordinates."""
+        if isinstance(self.cloud, Recorded):
+            return self.cloud.in_frame(number - 1)
         if self.surface is None or self.surface.shape is None:
-            return self.cloud.positions
-        return self.surface.in_frame(number - 1).at(self.face, self.weights)
+            return self.cloud
+        bent = self.surface.in_frame(number - 1)
+        return replace(self.cloud, positions=bent.at(self.face, self.weights))
 
     def inclination(self, pose: Pose, number: int) -> NDArray[np.float64] | None:
         """(N,) cosines, or None for points that face nowhere."""
@@ -195,13 +206,14 @@ class Seen:
         depth: NDArray[np.float32],
     ) -> NDArray[np.bool_]:
         points = self._points[name]
+        positions = points.in_frame(number).positions
         cosine = points.inclination(pose, number)
         if cosine is None:
-            seen = np.ones(len(points.cloud), dtype=bool)
+            seen = np.ones(len(positions), dtype=bool)
         else:
             seen = cosine > self._threshold[name]
         asked = np.flatnonzero(seen)
-        world = pose.apply(points.positions(number)[asked])
+        world = pose.apply(positions[asked])
         if view is not None:
             seen[asked] = view.in_front(world, depth)
         if self._cast.shown is not None:

@@ -83,3 +83,42 @@ def test_fewer_points_and_all_frames_in_the_volume(tmp_path: Path) -> None:
     half = np.array(box(LC_R_1080, 532e-9, 0.25)) / 2 * 1.05
     for number in (1, 2, 3):
         assert (np.abs(fitted.frame(number).cloud.positions[:, :2]) <= half).all()
+
+
+@pytest.mark.parametrize("tum", [False, True])
+def test_a_recording_is_one_object_among_others(tmp_path: Path, tum: bool) -> None:
+    recording(tmp_path / "walk", tum)
+    (tmp_path / "scene.toml").write_text(
+        'frames = 5\n[[object]]\nfile = "walk"\nscale = 1e-3\nplace = [1e-3, 0, 0.25]\n'
+        '[[object]]\ntext = "HI"\nsize = 1e-3\nplace = [-1e-3, 0, 0.26]\n'
+        '[[object]]\nname = "still"\nfile = "walk"\nsize = 1e-3\nturn = [0, 0, 180]\n'
+        'motion = "none"\n'
+    )
+    scene = load_scene(tmp_path / "scene.toml")
+    assert scene.pose("walk", 1) is None and scene.pose("HI", 1) is not None
+    # Stamps 1, 2 and 4 seconds: the missing third is the second again, the last one goes on.
+    shown = [0, 1, 1, 2, 2] if tum else [0, 1, 2, 2, 2]
+    alone = read_recording(tmp_path / "walk", LC_R_1080)
+    for number, picture in enumerate(shown, 1):
+        cloud = scene.frame(number).objects[0].cloud
+        seen = alone.frame(picture + 1).cloud
+        assert np.allclose(np.ptp(cloud.positions, axis=0), 1e-3 * np.array([2.1, 1.57, 1.0]), 0.02)
+        assert len(cloud) == len(seen) and np.array_equal(cloud.phase, seen.phase)
+        assert np.allclose(cloud.amplitude / seen.amplitude, cloud.amplitude[0] / seen.amplitude[0])
+    middle = (cloud.positions.min(axis=0) + cloud.positions.max(axis=0)) / 2
+    assert middle == pytest.approx([1e-3, 0, 0.25], abs=2e-5)
+    turned = scene.frame(5).objects[2].cloud
+    near = turned.positions[:, 2] < turned.positions[:, 2].mean()
+    assert turned.positions[near, :2].mean(axis=0).min() > 0  # from up and left to down and right
+
+
+def test_a_recording_is_thinned_and_named_on_the_command_line(tmp_path: Path) -> None:
+    recording(tmp_path / "walk", False)
+    few = load_scene([f"{tmp_path / 'walk'}@0.3", "text:HI@0.2"], points=800)
+    cloud = few.frame(1).objects[0].cloud
+    assert 400 < len(cloud) <= 800
+    assert np.median(cloud.positions[:, 2]) == pytest.approx(0.3, abs=2e-3)
+    pictures = load_scene([f"{tmp_path / 'walk'}@0.3", "text:HI@0.2"], "rgbd", points=800)
+    assert {"walk", "HI"} == {o.name for o in pictures.frame(2).objects if len(o.cloud)}
+    with pytest.raises(ValueError, match="is no recording"):
+        load_scene([str(tmp_path), "text:HI@0.2"])

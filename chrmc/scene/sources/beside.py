@@ -1,0 +1,63 @@
+"""Files that a mesh file names beside itself: materials, textures, buffers."""
+
+import json
+import re
+from pathlib import Path
+from urllib.parse import unquote
+
+MAPS = rb"(?:map_\w+|bump|norm|disp|decal|refl)"
+"""Words of an .mtl before a picture."""
+HEAD = 1 << 20
+"""Bytes of a .ply that may be its header."""
+
+
+def beside(path: Path) -> list[Path]:
+    """Those that are there, in a fixed order; none for files that name none.
+
+    Only names are read: what is wrong with a file its reader says.
+    """
+    kind = path.suffix.lower()
+    if kind == ".obj":
+        materials = _there(path, _named(path, rb"mtllib"))
+        return materials + [p for m in materials for p in _there(path, _named(m, MAPS))]
+    if kind == ".ply":
+        return _there(path, _named(path, rb"comment\s+TextureFile", HEAD))
+    if kind in (".gltf", ".glb"):
+        return _there(path, _addresses(path))
+    return []
+
+
+def _named(path: Path, word: bytes, most: int = -1) -> list[str]:
+    """What follows a word at the beginning of a line; after options also its last part."""
+    with path.open("rb") as file:
+        found = re.findall(rb"^[ \t]*" + word + rb"[ \t]+(.+?)[ \t]*\r?$", file.read(most), re.M)
+    names = [name.decode("utf-8", "replace") for name in found]
+    return [part for name in names for part in dict.fromkeys((name, name.split()[-1]))]
+
+
+def _addresses(path: Path) -> list[str]:
+    """Of a glTF's buffers and pictures, in its JSON."""
+    content = path.read_bytes()
+    if content[:4] == b"glTF":  # header of 12 bytes, length and kind of the first chunk
+        content = content[20 : 20 + int.from_bytes(content[12:16], "little")]
+    try:
+        gltf = json.loads(content)
+        parts = [*gltf.get("buffers", ()), *gltf.get("images", ())]
+        names = [p["uri"] for p in parts if not p.get("uri", "data:").startswith("data:")]
+        return [each for name in names for each in (name, unquote(name))]
+    except (ValueError, AttributeError, TypeError):
+        return []
+
+
+def _there(path: Path, names: list[str]) -> list[Path]:
+    """Plain files among names, as the mesh's reader looks for them."""
+    found: dict[Path, None] = {}
+    for name in names:
+        plain = name.strip().replace("\\", "/")
+        if "\0" in plain:
+            continue
+        tried = (path.parent / plain, path.parent / Path(plain).name)
+        at = next((p for p in tried if p.is_file()), None)
+        if at is not None:
+            found[at] = None
+    return list(found)
