@@ -4,7 +4,7 @@
 # --long runs the minutes-long tests too; other arguments go to pytest.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-bash "$here/setup.sh" dev,viewer,crosscheck,movie,scenes,cluster,tables libegl1 libgl1 libgl1-mesa-dri libegl-mesa0 xvfb xauth \
+bash "$here/setup.sh" dev,viewer,crosscheck,movie,scenes,cluster,tables,slmsuite libegl1 libgl1 libgl1-mesa-dri libegl-mesa0 xvfb xauth \
     xserver-xorg-core xserver-xorg-video-dummy x11-xserver-utils x11-utils xdotool wmctrl imagemagick assimp-testmodels dbus metacity openbox
 cd "$here/.."
 marks=()

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from chrmc.cli.lengths import DOT, FOCAL, ON_BENCH, WIDTH, Length, parse_lengths
+from chrmc.cli.lengths import DOT, FOCAL, ON_BENCH, PITCH, WIDTH, Length, parse_lengths
 
 POSITIVE = click.FloatRange(0, min_open=True)
 _OPTIONS = (
@@ -140,3 +140,14 @@ def bench_from(
         fill_factor=fill_factor,
         edges=edges,
     )
+
+
+def camera_from(text: str, full_scale: float | None) -> Any:
+    """The camera that PITCH or PITCH:BITS says; full_scale : intensity that fills its range."""
+    from reconstruct.camera import Camera
+
+    pitch, _, bits = text.partition(":")
+    if bits and not bits.isdecimal():
+        raise ValueError(f"--camera {text}: {bits!r} is no number of bits")
+    (pixel_pitch,) = parse_lengths(pitch, None, PITCH, "--camera")
+    return Camera(pixel_pitch, bits=int(bits or 8), full_scale=full_scale)

@@ -35,38 +35,64 @@ def command(
     panels: list[tuple[int, int]] | None,
 ) -> int:
     """Draw the video in DIR as one picture: moving objects at several moments, every object
-    reconstructed at its own depth; below, single frames."""
+    reconstructed at its own depth; below, single frames. A video in colours is drawn in them."""
     from chrmc.figures import check_figure
     from chrmc.progress import progress
-    from chrmc.store.video import open_video
+    from chrmc.store.colour import ColourVideo, open_video
     from reconstruct.sequence import composite, panorama, region_of, spread_frames, system_of
 
     stored = open_video(video)
+    lasers = stored.channels if isinstance(stored, ColourVideo) else (stored,)
     check_figure(out)
     every = chosen_frames([], stored)
-    numbers = spread_frames(stored) if frames is None else chosen_frames(frames, stored)
+    numbers = (
+        spread_frames(lasers[0], stored.numbers)
+        if frames is None
+        else chosen_frames(frames, stored)
+    )
     if panels is None:
         single = [n for n in PANELS if n in every]
         single = single or sorted({every[0], every[len(every) // 2], every[-1]})
     else:
         single = chosen_frames(panels, stored)
-    system = system_of(stored)
-    wide = panorama(stored, numbers)
-    shown = [composite(stored, n, system) for n in progress(single, "panorama")]
-    draw(stored, wide.image, shown, numbers, region_of(stored), out)
+    systems = [system_of(one) for one in lasers]
+
+    def seen(images: list[Any]) -> Any:
+        if not isinstance(stored, ColourVideo):
+            return images[0]
+        from reconstruct.colour import balanced
+
+        return balanced(stored, images)
+
+    wide = seen([panorama(one, numbers).image for one in lasers])
+    shown = {
+        n: seen([composite(one, n, s).image for one, s in zip(lasers, systems, strict=True)])
+        for n in progress(single, "panorama")
+    }
+    draw(stored, wide, shown, numbers, region_of(lasers[0]), out)
     click.echo(f"{out}: frames {', '.join(str(n) for n in numbers)} in one, {len(shown)} below")
     return 0
 
 
-def draw(stored: Any, wide: Any, shown: Any, numbers: list[int], region: Any, out: Path) -> None:
-    """Write the picture."""
+def draw(
+    stored: Any, wide: Any, shown: dict[int, Any], numbers: list[int], region: Any, out: Path
+) -> None:
+    """Write the picture.
+
+    wide, shown : (H, W) intensities, or (H, W, lasers); shown by frame numbers
+    """
+    import numpy as np
     from matplotlib.figure import Figure
 
     from chrmc.figures import save, scale_bar
+    from chrmc.store.colour import ColourVideo
+    from reconstruct.colour import colour_levels
     from reconstruct.images import to_grey
     from reconstruct.sequence import common_scale, targets_of
 
-    white = common_scale([s.image for s in shown])
+    coloured = isinstance(stored, ColourVideo)
+    every = np.stack([np.atleast_3d(image) for image in shown.values()], axis=-1)
+    white = max(common_scale(list(np.moveaxis(laser, -1, 0))) for laser in np.moveaxis(every, 2, 0))
     slm = stored.slm
     edges = [
         (s - (n - 1) / 2 - 0.5) * slm.pixel_pitch * 1e3
@@ -81,17 +107,17 @@ def draw(stored: Any, wide: Any, shown: Any, numbers: list[int], region: Any, ou
     figure = Figure(figsize=(width, height), layout="constrained")
     grid = figure.add_gridspec(2, count, height_ratios=[count, 1])
     pictures = [(figure.add_subplot(grid[0, :]), wide, f"frames {_listed(numbers)}", white)]
-    for i, s in enumerate(shown):
+    for i, (number, image) in enumerate(shown.items()):
         depths = ", ".join(
-            f"{t.name} {t.position[2] * 1e3:.1f} mm" for t in targets_of(stored, s.number)
+            f"{t.name} {t.position[2] * 1e3:.1f} mm" for t in targets_of(stored, number)
         )
         # Smaller, so that single points fade: exposed longer.
-        title = f"frame {s.number}: {depths}"
-        pictures.append((figure.add_subplot(grid[1, i]), s.image, title, white / 4))
+        title = f"frame {number}: {depths}"
+        pictures.append((figure.add_subplot(grid[1, i]), image, title, white / 4))
     for axis, image, title, top in pictures:
-        axis.imshow(
-            to_grey(image[region], top or 1.0), cmap="gray", vmin=0, vmax=255, extent=extent
-        )
+        part = image[region]
+        levels = colour_levels(part, stored, top or 1.0) if coloured else to_grey(part, top or 1.0)
+        axis.imshow(levels, cmap="gray", vmin=0, vmax=255, extent=extent)
         axis.set_title(title, fontsize=9, loc="left")
         axis.set_xticks([])
         axis.set_yticks([])

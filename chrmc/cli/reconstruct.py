@@ -6,8 +6,8 @@ from typing import Any
 import click
 
 from chrmc.cli.arguments import frames_option
-from chrmc.cli.lengths import DEPTH, PITCH, Length, parse_depths, parse_lengths
-from chrmc.cli.optics_options import BENCH_NAMES, POSITIVE, bench_from, bench_options
+from chrmc.cli.lengths import DEPTH, Length, parse_depths
+from chrmc.cli.optics_options import BENCH_NAMES, POSITIVE, bench_from, bench_options, camera_from
 from chrmc.files import into
 
 
@@ -107,7 +107,8 @@ def command(video: Path, out: Path | None, **options: Any) -> int:
     if isinstance(stored, ColourVideo):
         from chrmc.cli.reconstruct_colour import reconstruct_colours
 
-        free = movie and options["depth"] is None and options["follow"] is None
+        said = options["depth"] is not None or options["follow"] is not None
+        free = not said and (movie or options["depths"])
         depth_of = None if free else _depth_of(stored.channels[0], options)
         return reconstruct_colours(stored, out, options, depth_of)
     if movie:
@@ -250,14 +251,9 @@ def _numbers(stored: Any, options: dict[str, Any]) -> list[int]:
 def _photograph(stored: Any, system: Any, image: Any, out: Path, options: dict[str, Any]) -> None:
     """What a camera counts, written unchanged."""
     from chrmc.optics.propagation import Patch
-    from reconstruct.camera import Camera
     from reconstruct.images import write_counts
 
-    pitch, _, bits = options["camera"].partition(":")
-    if bits and not bits.isdecimal():
-        raise ValueError(f"--camera {options['camera']}: {bits!r} is no number of bits")
-    (pixel_pitch,) = parse_lengths(pitch, None, PITCH, "--camera")
-    camera = Camera(pixel_pitch, bits=int(bits or 8), full_scale=options["full_scale"])
+    camera = camera_from(options["camera"], options["full_scale"])
     patch = Patch((0.0, 0.0), stored.slm.shape, stored.slm.pixel_pitch)
     counts = camera.photograph(image, patch, system.bench.magnification)
     note = {"pixel_pitch": camera.pixel_pitch, "magnification": system.bench.magnification}

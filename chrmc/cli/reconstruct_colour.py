@@ -6,9 +6,9 @@ from typing import Any
 
 import click
 
-from chrmc.cli.optics_options import BENCH_NAMES, bench_from
+from chrmc.cli.optics_options import BENCH_NAMES, bench_from, camera_from
 
-ONE_COLOUR = ("depths", "camera")
+ONE_COLOUR = ("depths",)
 """Options that take a video of one colour."""
 
 
@@ -80,9 +80,13 @@ def _one(
     number = options["number"]
     depth = depth_of(number)
     image = _image(video, systems, lit, number, depth, options)
-    _write(video, out, image, number, depth, options["full_scale"])
     lasers = ", ".join(f"{w * 1e9:g}" for w in video.wavelengths)
-    click.echo(f"{out}: frame {number} at {depth * 1e3:.3f} mm, lasers of {lasers} nm")
+    if options["camera"] is not None:
+        written = _photograph(video, systems, image, out, options)
+    else:
+        _write(video, out, image, number, depth, options["full_scale"])
+        written = str(out)
+    click.echo(f"{written}: frame {number} at {depth * 1e3:.3f} mm, lasers of {lasers} nm")
     if lit is not None:
         from reconstruct.colour_likeness import compare_colours
 
@@ -99,6 +103,28 @@ def _one(
             share = account.image / account.incident
             click.echo(f"  {channel.wavelength * 1e9:g} nm: {share:.3%} of the light in the image")
     return 0
+
+
+def _photograph(video: Any, systems: Any, image: Any, out: Path, options: dict[str, Any]) -> str:
+    """What a camera counts of each laser, at one full scale; the names of the files."""
+    from chrmc.optics.propagation import Patch
+    from chrmc.store.colour import channel_name
+    from reconstruct.colour import colour_exposure
+    from reconstruct.images import write_counts
+
+    camera = camera_from(options["camera"], options["full_scale"] or colour_exposure(image) or 1.0)
+    patch = Patch((0.0, 0.0), video.slm.shape, video.slm.pixel_pitch)
+    paths = [out.with_stem(f"{out.stem}_{channel_name(w)}") for w in video.wavelengths]
+    for k, (path, system) in enumerate(zip(paths, systems, strict=True)):
+        magnification = system.bench.magnification
+        counts = camera.photograph(image[..., k], patch, magnification)
+        note = {
+            "pixel_pitch": camera.pixel_pitch,
+            "magnification": magnification,
+            "wavelength": video.wavelengths[k],
+        }
+        write_counts(path, counts, note)
+    return ", ".join(str(path) for path in paths)
 
 
 def _all(

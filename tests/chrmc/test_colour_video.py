@@ -195,8 +195,25 @@ def test_pictures_and_movies_on_the_command_line(
     assert "450 nm" in capsys.readouterr().out
     stack = ("--frame", 1, "--depths", "19mm:21mm:3", "--out", tmp_path / "s")
     assert run("reconstruct", folder, *stack) == 2
-    assert run("panorama", folder, "--out", tmp_path / "p.png") == 2
     assert "532nm" in capsys.readouterr().err
+    counts = ("--frame", 1, "--depth", "20mm", "--camera", "16.2um:12", "--out", tmp_path / "c.png")
+    assert run("reconstruct", folder, *counts) == 0
+    red, green, blue = (
+        np.asarray(Image.open(tmp_path / f"c_{name}.png")).astype(float)
+        for name in ("638nm", "532nm", "450nm")
+    )
+    assert red.shape == (80, 120)
+    left, right = np.s_[30:50, 39:57], np.s_[30:50, 63:81]  # reddish and white
+    assert red[left].mean() > 1.3 * blue[left].mean()
+    assert np.ptp([c[right].mean() for c in (red, green, blue)]) < 0.3 * green[right].mean()
+
+
+def test_a_panorama_in_colour(video: chrmc.ColourVideo, tmp_path: Path) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["panorama", str(video.folder), "--out", str(tmp_path / "p.png"), "--panels", "1"])
+    assert ended.value.code == 0
+    picture = np.asarray(Image.open(tmp_path / "p.png").convert("RGB")).astype(int)
+    assert (picture[..., 0] - picture[..., 2]).max() > 60
 
 
 def test_one_laser_of_it_knows_its_share_of_the_scene(

@@ -1,7 +1,9 @@
 """Panels by name, by file, and from the user's folder."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -104,3 +106,24 @@ def test_a_panel_brings_its_encoding_and_its_response(
     assert "kind phase, which shows double-phase, kinoform, not ssb" in capsys.readouterr().err
     assert made(str(tmp_path / "bad.toml")) == 2
     assert "names no file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("bits", [1, 4])
+@pytest.mark.parametrize("made_with", ["none", "ch-rmc"])
+def test_generate_gives_a_panel_the_levels_that_it_has(tmp_path, bits, made_with):
+    panel = chrmc.SLM("coarse", 64, 48, 8.1e-6, bits=bits)
+    rng = np.random.default_rng(2)
+    spread = rng.uniform(-5e-5, 5e-5, (40, 3)) * (1, 1, 0)
+    cloud = chrmc.PointCloud(spread, np.ones(40), rng.uniform(0, 6, 40))
+    poses = [chrmc.Pose(np.eye(3), [1e-5 * n, 0, 0.02]) for n in range(3)]
+    scene = chrmc.PointScene("dots", {"dots": cloud}, {"dots": poses})
+    options = {"encoding": "ssb", "compensation": made_with, "check_pixels": 0}
+    video = chrmc.generate(scene, tmp_path / "coarse", slm=panel, **options)
+    fine = chrmc.generate(scene, tmp_path / "fine", slm=replace(panel, bits=8), **options)
+    step = 255 / (2**bits - 1)
+    for number in video.numbers:
+        levels = video.read(number).astype(float)
+        there = set(np.unique(levels))
+        assert there <= set(np.rint(step * np.arange(2**bits))) and len(there) > 2 ** (bits - 1)
+        # The nearest of them: half a step off at most, and what rounding to a whole grey adds.
+        assert np.abs(levels - fine.read(number)).max() <= step / 2 + 1
