@@ -5,13 +5,16 @@ another's place finds it too; a group's frames and record are written by the wor
 and only numbers travel over the network.
 """
 
+import errno
 import hashlib
 import logging
+import os
+import shutil
 import socket
 import sys
 from collections.abc import Generator, Iterator
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -20,7 +23,7 @@ from typing import Any
 
 from chrmc.cgh import method_named
 from chrmc.compensation import compensation_named
-from chrmc.files import replacing
+from chrmc.files import NO_SPACE, replacing, still_there, sweep
 from chrmc.generation.make import groups_of, make_group, same_arithmetic
 from chrmc.generation.recipe import Recipe
 from chrmc.python_file import MODULE_PREFIX, is_python_name
@@ -33,6 +36,8 @@ RECIPE = ".recipe.pickle"
 WORKERS = Count("workers", 1, 1024)
 ATTEMPTS = 3
 _CONNECT = 10  # seconds
+_TRIMMING = "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_"
+"""Dask sets this, and then every large array costs its worker new pages: see docs/scale.md."""
 
 
 def frames_on_cluster(
@@ -51,7 +56,7 @@ def frames_on_cluster(
     one line, when the others are finished.
     """
     folder = writer.folder.resolve()
-    with _client(workers, scheduler) as client, _recipe_file(recipe, folder) as digest:
+    with _recipe_file(recipe, folder) as digest, _client(workers, scheduler) as client:
         from distributed import wait
 
         tasks = {}
@@ -72,6 +77,7 @@ def frames_on_cluster(
                 pass
             except CancelledError:
                 lost = True
+            still_there(folder)
             writer.take_in()
             if lost or client.status != "running":
                 raise OSError(
@@ -80,7 +86,10 @@ def frames_on_cluster(
                 )
             for task in [t for t in pending if t.done()]:
                 pending.remove(task)
-                if task.status != "finished":
+                if task.status == "finished":
+                    if not task.result():
+                        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                else:
                     failed[tasks[task].start] = (tasks[task], _told(task))
             new = set(missing) & set(writer.entries) - seen
             seen |= new
@@ -103,15 +112,26 @@ def _make(
     wanted: list[int],
     suffix: str,
     wanted_version: str,
-) -> list[int]:
-    """On a worker: make and store the wanted frames of a group."""
+) -> bool:
+    """On a worker: make and store the wanted frames of a group; False where no space is left,
+    which no further attempt mends."""
     if version() != wanted_version:
         raise ValueError(f"a worker has chrmc {version()}, not {wanted_version}: install the same")
     if not (Path(folder) / MANIFEST).exists():
         raise FileNotFoundError(f"a worker does not see {folder}: it must be a shared folder")
     recipe, options = _loaded(folder, digest)
-    with same_arithmetic():
-        return list(make_group(recipe, Path(folder), scale, group, wanted, suffix, options))
+    made = make_group(recipe, Path(folder), scale, group, wanted, suffix, options)
+    try:
+        with same_arithmetic():
+            for _ in made:
+                pass
+    except OSError as error:
+        # The writer of pictures tells no number.
+        frame = recipe.slm.width * recipe.slm.height
+        if error.errno in NO_SPACE or shutil.disk_usage(folder).free < frame:
+            return False
+        raise
+    return True
 
 
 @lru_cache(maxsize=1)
@@ -162,13 +182,16 @@ def _recipe_file(recipe: Recipe, folder: Path) -> Iterator[str]:
     try:
         yield hashlib.sha256(content).hexdigest()
     finally:
-        path.unlink(missing_ok=True)
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
+            sweep(folder)  # workers that were ended while they wrote
 
 
 @contextmanager
 def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     """A client of the running cluster, or of one on this machine that ends with it."""
     try:
+        import dask
         from distributed import Client, LocalCluster
     except ImportError:
         raise OSError("--workers and --scheduler need: pip install 'chrmc[cluster]'") from None
@@ -177,7 +200,8 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     for name in names:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # what matters is told in one line
     try:
-        yield from _connected(Client, LocalCluster, workers, scheduler)
+        with dask.config.set({_TRIMMING: None}):
+            yield from _connected(Client, LocalCluster, workers, scheduler)
     finally:
         for name, level in levels.items():
             logging.getLogger(name).setLevel(level)
@@ -245,6 +269,8 @@ def _told(task: Any) -> str:
     error = task.exception() if task.status == "error" else None
     if error is None:
         return "its worker was lost"
+    if isinstance(error, OSError) and error.strerror is not None:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return " ".join(str(error).split())[:200] or type(error).__name__
 
 

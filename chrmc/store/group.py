@@ -59,12 +59,13 @@ class GroupWriter:
         `SAVE_INTERVAL` or with `save`."""
         still_there(self.folder)
         number, path = record.number, self.folder / f"frame_{record.number:04d}{self.suffix}"
+        there = path.exists()  # an attempt before this one stored it, with the same bytes
         try:
             write_grey(path, levels)
             named = {"number": number, "file": path.name, "sha256": sha256(path)}
             self.entries[number] = named | asdict(record)
         except BaseException:
-            if number not in self.entries:
+            if number not in self.entries and not there:
                 path.unlink(missing_ok=True)
             raise
         if time.monotonic() - self._saved > SAVE_INTERVAL:

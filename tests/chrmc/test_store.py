@@ -91,6 +91,15 @@ def test_an_interrupt_leaves_no_frame_unlisted(
     assert open_video(tmp_path).numbers == [1]
 
 
+def test_a_second_attempt_that_fails_leaves_what_the_first_stored(tmp_path: Path) -> None:
+    first, second = GroupWriter(tmp_path, 1), GroupWriter(tmp_path, 1)
+    first.add(FrameRecord(1), levels(1))
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(ValueError):
+        second.add(FrameRecord(1), levels(1).astype(float))
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
 def test_a_folder_of_another_video_is_refused_and_left_alone(tmp_path: Path) -> None:
     stored(tmp_path, 1)
     before = (tmp_path / MANIFEST).read_bytes()

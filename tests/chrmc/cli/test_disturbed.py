@@ -46,6 +46,9 @@ frames = "1:2"
 LONG = {
     "generate": (["generate", "own.py:scene", "--out", "place/v", "--cgh", "own.py:field",
                   "--compensation", "none", *PANEL], "place/v/frame_0002.tif", "place/v/*.tif", 8),
+    "workers": (["generate", "own.py:scene", "--out", "place/v", "--cgh", "own.py:field",
+                 "--compensation", "none", "--group", "2", *PANEL, "--workers", "2"],
+                "place/v/frame_0002.tif", "place/v/*.tif", 8),
     "sweep": (["sweep", "r.toml", "--folder", "place/v"], "place/v/rows/*.json",
               "place/v/rows/*.json", 2),
     "scene": (["scene", "car-house", "--out", "place/v", "--frames", "1:40"],
@@ -156,7 +159,7 @@ def test_long_work_that_is_disturbed_keeps_what_is_finished(
         assert not list((work / "left").rglob("*.partial*"))
         shutil.rmtree(work / "place")
         (work / "left").rename(work / "place")
-        if name == "generate":
+        if name in ("generate", "workers"):
             from chrmc.store.video import open_video
 
             kept = {p.name for p in work.glob(made)}
