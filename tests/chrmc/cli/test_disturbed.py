@@ -48,7 +48,7 @@ LONG = {
                   "--compensation", "none", *PANEL], "place/v/frame_0002.tif", "place/v/*.tif", 8),
     "workers": (["generate", "own.py:scene", "--out", "place/v", "--cgh", "own.py:field",
                  "--compensation", "none", "--group", "2", *PANEL, "--workers", "2"],
-                "place/v/frame_0002.tif", "place/v/*.tif", 8),
+                "place/v/frame_*.tif", "place/v/*.tif", 8),
     "sweep": (["sweep", "r.toml", "--folder", "place/v"], "place/v/rows/*.json",
               "place/v/rows/*.json", 2),
     "scene": (["scene", "car-house", "--out", "place/v", "--frames", "1:40"],
