@@ -17,10 +17,14 @@ NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def replacing(path: Path, *, new_folder: bool = True) -> Iterator[Path]:
     """A temporary name beside `path`, of the same suffix, renamed to `path` when the block ends
-    well and removed when it does not."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    well and removed when it does not.
+
+    new_folder : make the folder where it is absent; not where it must be the one that was there
+    """
+    if new_folder:
+        path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
     try:
         yield partial
@@ -29,9 +33,9 @@ def replacing(path: Path) -> Iterator[Path]:
         partial.unlink(missing_ok=True)
 
 
-def write_json(path: Path, content: Any) -> None:
+def write_json(path: Path, content: Any, *, new_folder: bool = True) -> None:
     """Write `content` as readable JSON, whole or not at all."""
-    with replacing(path) as partial:
+    with replacing(path, new_folder=new_folder) as partial:
         partial.write_text(json_text(content) + "\n", encoding="utf-8")
 
 

@@ -19,6 +19,8 @@ def write_pixels(
     names: Sequence[str] = (),
     kinds: Sequence[str] = (),
     attributes: Mapping[str, str] | None = None,
+    *,
+    new_folder: bool = True,
 ) -> None:
     """Write (h, w, channels) samples by the suffix, whole or not at all; OSError when it fails.
 
@@ -36,7 +38,7 @@ def write_pixels(
         spec.channelformats = tuple(kinds)
     for name, value in (attributes or {}).items():
         spec.attribute(name, value)
-    with replacing(path) as partial:
+    with replacing(path, new_folder=new_folder) as partial:
         out = oiio.ImageOutput.create(str(partial))
         if out is None:
             raise OSError(f"{path}: no writer for this kind of file; use .tif, .png or .exr")
@@ -52,7 +54,7 @@ def _line(text: str) -> str:
     return " ".join(text.split())
 
 
-def write_grey(path: Path, levels: NDArray[np.uint8]) -> None:
+def write_grey(path: Path, levels: NDArray[np.uint8], *, new_folder: bool = True) -> None:
     """Write (H, W) uint8 as TIFF (uncompressed) or PNG, by the suffix; OSError when it fails."""
     if levels.dtype != np.uint8 or levels.ndim != 2:
         raise ValueError(f"{path.name}: grey levels must be (H, W) uint8, not {levels.dtype}")
@@ -61,7 +63,7 @@ def write_grey(path: Path, levels: NDArray[np.uint8]) -> None:
         # The writer would put the present time: equal frames must be equal files.
         attributes = {"compression": "none", "DateTime": "2000:01:01 00:00:00"}
     # (H, W, 1): a 2-D array is taken for something else and written scrambled.
-    write_pixels(path, levels[:, :, None], "uint8", attributes=attributes)
+    write_pixels(path, levels[:, :, None], "uint8", attributes=attributes, new_folder=new_folder)
 
 
 MOST_PIXELS = 1 << 28

@@ -177,7 +177,7 @@ def _recipe_file(recipe: Recipe, folder: Path) -> Iterator[str]:
     paths = [str(Path(module.__file__).parent) for module in own if module.__file__]
     content = cloudpickle.dumps((inner, paths))
     path = folder / RECIPE
-    with replacing(path) as partial:
+    with replacing(path, new_folder=False) as partial:
         partial.write_bytes(content)
     try:
         yield hashlib.sha256(content).hexdigest()

@@ -61,7 +61,7 @@ class GroupWriter:
         number, path = record.number, self.folder / f"frame_{record.number:04d}{self.suffix}"
         there = path.exists()  # an attempt before this one stored it, with the same bytes
         try:
-            write_grey(path, levels)
+            write_grey(path, levels, new_folder=False)
             named = {"number": number, "file": path.name, "sha256": sha256(path)}
             self.entries[number] = named | asdict(record)
         except BaseException:
@@ -79,7 +79,8 @@ class GroupWriter:
         still_there(self.folder)
         frames = [self.entries[n] for n in sorted(self.entries)]
         try:
-            write_json(self.path, {"made_on": arithmetic(), "frames": frames})
+            record = {"made_on": arithmetic(), "frames": frames}
+            write_json(self.path, record, new_folder=False)
         except OSError:
             for number in self.entries.keys() - self._recorded:
                 with suppress(OSError):

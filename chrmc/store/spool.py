@@ -45,7 +45,10 @@ class Spool:
 
     def write_manifest(self, path: Path, description: Mapping[str, Any]) -> None:
         """Write the description and below it "frames", in order, whole or not at all."""
-        with replacing(path) as partial, partial.open("w", encoding="utf-8") as out:
+        with (
+            replacing(path, new_folder=False) as partial,
+            partial.open("w", encoding="utf-8") as out,
+        ):
             out.write(json_text(description).removesuffix("\n}") + ',\n "frames": [')
             for index, number in enumerate(self):
                 start, length = self._places[number]

@@ -80,8 +80,8 @@ def test_an_interrupt_leaves_no_frame_unlisted(
     group = GroupWriter(tmp_path, 2)
     real = getattr(group_module, moment)
 
-    def interrupted(*arguments: Any) -> None:
-        real(*arguments)
+    def interrupted(*arguments: Any, **options: Any) -> None:
+        real(*arguments, **options)
         raise KeyboardInterrupt
 
     monkeypatch.setattr(group_module, moment, interrupted)
