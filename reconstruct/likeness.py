@@ -118,7 +118,9 @@ def compare(cells: Cells, expected: LightMap, depth_of_focus: float) -> Likeness
     shift = error if clear and np.isfinite(error) and height >= SHARP else 0.0
     found = at_depths(cells.light, cells.depths, expected.depth + shift)
     factor, scatter = float("nan"), float("inf")
-    if clear and sqrt(float((light * relief**2).sum())) > SHALLOW * depth_of_focus:
+    # Cells that hardly tell the depth (see `outline`) do not tell the relief.
+    deep = sqrt(float((light * relief**2).sum())) > SHALLOW * depth_of_focus
+    if clear and deep and height >= 2 * SHARP:
         factor, scatter = _stretch(sharp, cells.depths, middle + shift, relief, weight)
     return Likeness(
         told,
