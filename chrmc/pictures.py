@@ -48,6 +48,22 @@ def write_pixels(
         closed = out.close()
         if not (written and closed):
             raise OSError(f"{path}: {_line(out.geterror())}")
+        # The EXR writer says nothing of a disk that is full when the file is closed.
+        if path.suffix == ".exr" and not _whole(partial):
+            raise OSError(f"{path}: could not be written whole; is the disk full?")
+
+
+def _whole(path: Path) -> bool:
+    """Whether a picture can be read to its end."""
+    import OpenImageIO as oiio
+
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        oiio.geterror()
+        return False
+    pixels = source.read_image()
+    source.close()
+    return pixels is not None
 
 
 def _line(text: str) -> str:
