@@ -9,9 +9,6 @@ import click
 
 from chrmc.cli.arguments import form_option, method_options
 
-FRAMES = (1, 21, 51, 80)
-"""The frames that the paper shows, and the first."""
-
 
 @click.command("demo")
 @click.argument("scene", default="car-house")
@@ -44,7 +41,7 @@ def command(
     object is in focus where the scene says, 1 when not.
     """
     from chrmc.cli.check import command as check
-    from chrmc.cli.montage import draw_montage
+    from chrmc.cli.montage import draw_montage, shown_frames
     from chrmc.cli.play import command as play
     from chrmc.files import replacing
     from chrmc.generation.make import REPLACEMENT, make_video
@@ -80,7 +77,7 @@ def command(
         click.echo(f"not played: {error}")
 
     heading("3. Reconstruction and focus")
-    numbers = [n for n in FRAMES if n in video.numbers] or [video.numbers[0], video.numbers[-1]]
+    numbers = shown_frames(video.numbers)
     draw_montage(video, numbers, out / "montage.png")
     click.echo(f"pictures in {out / 'montage.png'}, focus curves in {out / 'focus.png'}")
     asked = ["--frames", ",".join(str(n) for n in numbers), "--plot", str(out / "focus.png")]

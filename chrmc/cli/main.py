@@ -21,6 +21,7 @@ COMMANDS = {
     "play": ("chrmc.cli.play", "Show a video or picture on an SLM, full screen, and log it."),
     "reconstruct": ("chrmc.cli.reconstruct", "Reconstruct one frame at a depth."),
     "check": ("chrmc.cli.check", "Is every object in focus where the scene says?"),
+    "montage": ("chrmc.cli.montage", "Holograms, and what they show at each object's depth."),
     "panorama": ("chrmc.cli.panorama", "The whole video in one picture (Fig. 14)."),
     "view": ("chrmc.cli.view", "Look around in a video: frames, depths, filters."),
     "bench": ("chrmc.cli.bench", "Measure speed, error and the paper's numbers."),

@@ -1,17 +1,54 @@
-"""The picture that ends a demo: holograms, and what they show at each object's depth."""
+"""`chrmc montage`: holograms, and what they show at each object's depth; it ends a demo too."""
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cli.check import FrameList, chosen_frames
 from chrmc.store.colour import ColourVideo
 from chrmc.store.video import Video
 
 MARGIN = 0.5e-3
 """Room around the objects, metres."""
+
+
+FRAMES = (1, 21, 51, 80)
+"""The frames that the paper shows, and the first."""
+
+
+def shown_frames(there: Sequence[int]) -> list[int]:
+    """Those of `FRAMES` that a video has; else its first and last."""
+    return [n for n in FRAMES if n in there] or sorted({there[0], there[-1]})
+
+
+@click.command("montage")
+@click.argument("video", metavar="DIR", type=click.Path(path_type=Path))
+@click.option(
+    "--out", type=click.Path(path_type=Path), required=True, help="A .png, .pdf or .svg to write."
+)
+@click.option(
+    "--frames",
+    type=FrameList(),
+    default=None,
+    help="Such as 1,15:18. [1,21,51,80 where there, else first and last]",
+)
+def command(video: Path, out: Path, frames: list[tuple[int, int]] | None) -> int:
+    """Draw frames of the video in DIR: each hologram, and what it shows at each object's depth. A
+    video in colours is drawn in them."""
+    from chrmc.figures import check_figure
+    from chrmc.store.colour import open_video
+
+    stored = open_video(video)
+    check_figure(out)
+    every = chosen_frames([], stored)
+    numbers = shown_frames(every) if frames is None else chosen_frames(frames, stored)
+    draw_montage(stored, numbers, out)
+    click.echo(f"{out}: frames {', '.join(str(n) for n in numbers)}")
+    return 0
 
 
 def draw_montage(video: Video | ColourVideo, numbers: Sequence[int], path: Path) -> None:

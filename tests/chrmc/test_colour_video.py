@@ -230,8 +230,9 @@ def test_one_laser_of_it_knows_its_share_of_the_scene(
 
 
 def test_a_montage_in_colour(video: chrmc.ColourVideo, tmp_path: Path) -> None:
-    from chrmc.cli.montage import draw_montage
+    from chrmc.cli.montage import command
 
-    draw_montage(video, [1], tmp_path / "montage.png")
+    words = [str(video.folder), "--frames", "1", "--out", str(tmp_path / "montage.png")]
+    assert command.main(words, standalone_mode=False) == 0
     picture = np.asarray(Image.open(tmp_path / "montage.png").convert("RGB")).astype(int)
     assert (np.ptp(picture, axis=2) > 60).mean() > 0.01
