@@ -83,12 +83,14 @@ def still_there(folder: Path) -> None:
 
 
 def into(folder: Path, items: Iterable[T]) -> Iterator[T]:
-    """The items that are written to a folder, which is made for the first and must stay."""
+    """The items that are written to a folder, which is made for the first and must stay; what a
+    run that was killed left half-written there is removed."""
     for index, item in enumerate(items):
         if index:
             still_there(folder)
         else:
             folder.mkdir(parents=True, exist_ok=True)
+            sweep(folder)
         yield item
 
 

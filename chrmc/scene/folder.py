@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from chrmc.files import read_json, still_there, write_json
+from chrmc.files import read_json, still_there, sweep, write_json
 from chrmc.scene.exr import write_exr
 from chrmc.scene.rgbd_scene import RGBDScene, rasterised
 from chrmc.scene.scene import Scene, frame_range
@@ -49,6 +49,7 @@ def write_scene(
     content = describe(replace(images, frame_count=len(numbers), poses=poses))
     content["scene_frames"] = [numbers[0], numbers[-1]]
     _make_room(folder, content, force)
+    sweep(folder)
     write_json(folder / SCENE_FILE, content)
     paths = []
     for number in numbers if watch is None else watch(numbers):

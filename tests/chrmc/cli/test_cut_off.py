@@ -102,6 +102,7 @@ def test_a_scene_that_is_cut_off_goes_on(tmp_path: Path) -> None:
     arguments = ["scene", "car-house", "--out", "s", "--frames", "1:12"]
     status, told = cut(arguments, tmp_path, "s/frame_0002.exr", number)
     assert status == -number, told
+    (tmp_path / "s" / ".frame_0003.99.partial.exr").write_bytes(b"half")
     assert ended(started(arguments, tmp_path)) == (0, "")
     assert len(list((tmp_path / "s").glob("frame_*.exr"))) == 12
     assert not list(tmp_path.rglob("*.partial*"))
