@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.interface import Reference, alone, spread
+from chrmc.cgh.curved.interface import Reference, alone, in_parallel
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import reach, taper
 from chrmc.scene.points import PointCloud
@@ -80,7 +80,7 @@ def corrected_signal(
                 made[part, 2 * power], made[part, 2 * power + 1] = both
                 cos, sin = cos * own, sin * own
 
-        spread(some, [slice(n, n + _POINTS) for n in range(0, len(z), _POINTS)])
+        in_parallel(some, [slice(n, n + _POINTS) for n in range(0, len(z), _POINTS)])
         return made
 
     right, left = along(0), along(1)
@@ -94,5 +94,5 @@ def corrected_signal(
         part = left[near, :, rows].reshape(-1, len(out[rows]))
         np.matmul(part.T, right[near].reshape(-1, slm.width), out=out[rows])
 
-    spread(multiply, range(0, slm.height, _ROWS))
+    in_parallel(multiply, range(0, slm.height, _ROWS))
     return out

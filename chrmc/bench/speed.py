@@ -14,7 +14,7 @@ import chrmc
 from chrmc.bench.rivals import corrected_signal
 from chrmc.cgh import curved
 from chrmc.cgh.curved.assembly import row_runs
-from chrmc.cgh.curved.parallel import spread
+from chrmc.cgh.curved.parallel import in_parallel
 from chrmc.encoding import Coding, coding_for
 from chrmc.optics.footprint import reach
 from chrmc.reference import reference_samples
@@ -312,7 +312,7 @@ def product_rate(cloud: PointCloud, slm: SLM, wavelength: float, rounds: int = 1
         np.matmul(piece[0], piece[1], out=piece[2])
 
     def two() -> None:
-        spread(one, work)
+        in_parallel(one, work)
 
     seconds = interleaved({"two": two, "plain": lambda: np.matmul(square, square, out=out)}, rounds)
     operations = sum(2.0 * m * k * n for m, k, n in shapes)

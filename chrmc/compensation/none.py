@@ -43,17 +43,17 @@ def frames(
 
         def field(cloud: PointCloud = cloud, record: FrameRecord = record) -> NDArray[np.complex64]:
             with record.stage("HC"):
-                made, record.error_predicted = field_and_error(
+                out, record.error_predicted = field_and_error(
                     cloud, slm, wavelength, cgh, passband=coding.passband, **options
                 )
-            return made
+            return out
 
         def signal(cloud: PointCloud = cloud, record: FrameRecord = record) -> NDArray[np.float32]:
             with record.stage("HC"):
-                made, record.error_predicted = signal_and_error(
+                out, record.error_predicted = signal_and_error(
                     cloud, slm, wavelength, cgh, coding, **options
                 )
-            return made
+            return out
 
         make_signal: Callable[[], NDArray[np.float32]] | None = signal if direct else None
         yield VideoFrame(scene_frame, record, field, make_signal)

@@ -42,7 +42,7 @@ from chrmc.cgh.curved.direct import (
     rounding_of,
 )
 from chrmc.cgh.curved.nodes import Line
-from chrmc.cgh.curved.parallel import alone, spread
+from chrmc.cgh.curved.parallel import alone, in_parallel
 from chrmc.cgh.curved.predict import Budget, error_allowed
 from chrmc.cgh.curved.verify import SURE, field_error, look
 from chrmc.cgh.curved.wave import phasor
@@ -132,7 +132,7 @@ def low_rank(
     parts = sorted(clusters.split(cloud, plane), key=len, reverse=True)
     aim = tolerance
     for _ in range(4):
-        summed = spread(partial(make_factor, targets=lines, plane=plane, tolerance=aim), parts)
+        summed = in_parallel(partial(make_factor, targets=lines, plane=plane, tolerance=aim), parts)
         factors = [factor for factor, _ in summed]
         budget = sum((budget for _, budget in summed), Budget(0.0, 0.0))
         error, allowed = budget.relative, error_allowed(factors, tolerance, len(cloud))
@@ -259,8 +259,8 @@ def signal_and_error(
     """`signal`, and the relative L2 error expected of the field; None where it is the exact sum."""
     summed = _sum(cloud, slm, wavelength, window, coding.passband, tolerance)
     if isinstance(summed, LowRank):
-        made = signal_of(summed.factors, slm, wavelength, window, coding.carrier)
-        return made, summed.error_predicted
+        coded = signal_of(summed.factors, slm, wavelength, window, coding.carrier)
+        return coded, summed.error_predicted
     turn = 2 * np.pi * coding.carrier * slm.y(window.rows)[:, None]
     real = summed[0].real * np.cos(turn) - summed[0].imag * np.sin(turn)
     return real.astype(np.float32), summed[1]
@@ -281,15 +281,15 @@ def _sum(
 
     def exact() -> NDArray[np.complex128]:
         x, y = slm.x(window.columns), slm.y(window.rows)
-        made = direct_field(cloud, x, y, wavelength, plane.reach)
-        rounding = rounding_of(made, cloud, x, y, plane.reach)
+        total = direct_field(cloud, x, y, wavelength, plane.reach)
+        rounding = rounding_of(total, cloud, x, y, plane.reach)
         if rounding > tolerance:
             raise ValueError(
                 f"a tolerance of {tolerance:g} cannot be kept here: waves all but cancel, and "
                 f"double precision holds what is left to {rounding:.2g}; leave out points that "
                 "cancel each other, or allow more"
             )
-        return made
+        return total
 
     if work <= SMALL:
         return exact(), None
@@ -297,12 +297,12 @@ def _sum(
         return low_rank(cloud, slm, wavelength, window, passband, tolerance=tolerance)
     except ValueError:
         if QUICK < work <= BEARABLE_BY_RAYS and tolerance >= 3 * RAY_ERROR:
-            made = rt.quick_field(cloud, slm, wavelength, window, passband)
-            if made is not None:
+            by_rays = rt.quick_field(cloud, slm, wavelength, window, passband)
+            if by_rays is not None:
                 lines = lines_of(slm, window)
-                error = field_error(made, cloud, lines, wavelength, plane.reach, tolerance)
+                error = field_error(by_rays, cloud, lines, wavelength, plane.reach, tolerance)
                 if error <= SURE * tolerance:
-                    return made, error
+                    return by_rays, error
         if work <= BEARABLE:
             return exact(), None
         raise

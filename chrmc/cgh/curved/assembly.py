@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.nodes import Axis, Block
-from chrmc.cgh.curved.parallel import run_all, spread
+from chrmc.cgh.curved.parallel import in_parallel, run_all
 from chrmc.cgh.curved.wave import Reference
 
 Floats = NDArray[np.float64]
@@ -90,7 +90,7 @@ def expand_columns(factor: Factor, x: Phase) -> tuple[Singles, list[Callable[[],
 
 
 @dataclass(frozen=True, eq=False)
-class _Share:
+class _Contribution:
     """What one factor gives to some rows: its block there, and which of the block's targets."""
 
     block: Block
@@ -159,43 +159,47 @@ def sum_signals(
 
     def put(run: tuple[slice, list[tuple[int, Block]]]) -> None:
         rows, covering = run
-        shares = []
+        contributions = []
         for number, block in covering:
             first = block.targets.start
             part = slice(rows.start - first, rows.stop - first)
             columns = factors[number].axis_x.targets
-            shares.append(_Share(block, part, expanded[number][0], columns, phases[number][1]))
-        _put(out, rows, shares, base)
+            contributions.append(
+                _Contribution(block, part, expanded[number][0], columns, phases[number][1])
+            )
+        _put(out, rows, contributions, base)
 
-    spread(put, row_runs(factors, shape[0]))
+    in_parallel(put, row_runs(factors, shape[0]))
     return out
 
 
-def _put(out: Singles, rows: slice, shares: Sequence[_Share], base: Singles | None) -> None:
+def _put(
+    out: Singles, rows: slice, contributions: Sequence[_Contribution], base: Singles | None
+) -> None:
     """What each factor gives to some rows, and the base."""
-    products: dict[tuple[int, int], list[_Share]] = {}
-    others: list[_Share] = []
-    for share in shares:
-        if share.block.matrix is None:
-            others.append(share)
+    products: dict[tuple[int, int], list[_Contribution]] = {}
+    others: list[_Contribution] = []
+    for one in contributions:
+        if one.block.matrix is None:
+            others.append(one)
         else:
-            products.setdefault((share.columns.start, share.columns.stop), []).append(share)
+            products.setdefault((one.columns.start, one.columns.stop), []).append(one)
     whole = (0, out.shape[1])
     if whole not in products:
         out[rows] = 0 if base is None else base[rows]
     for columns, several in sorted(products.items(), key=lambda item: item[0] != whole):
         left, right = several[0].left(), several[0].right()
         if len(several) > 1:
-            left = np.concatenate([share.left() for share in several], axis=1)
-            right = np.concatenate([share.right() for share in several])
+            left = np.concatenate([one.left() for one in several], axis=1)
+            right = np.concatenate([one.right() for one in several])
         if columns == whole:
             np.matmul(left, right, out=out[rows])
             if base is not None:
                 out[rows] += base[rows]
         else:
             out[rows, slice(*columns)] += left @ right
-    for share in others:
-        out[rows, share.columns] += share.own()
+    for one in others:
+        out[rows, one.columns] += one.own()
 
 
 def add_field(
@@ -225,4 +229,4 @@ def add_field(
             values = (left @ rows.reshape(2 * n, -1).view(np.float32)).view(np.complex64)
         out[block.targets, columns] += values
 
-    spread(put, factor.axis_y.blocks)
+    in_parallel(put, factor.axis_y.blocks)

@@ -117,17 +117,17 @@ def edge_grid(
     lit : targets that the light falls on, here and elsewhere; the error is relative to it
     """
     # An axis has two such runs, whose errors add up.
-    share = tolerance / sqrt(2)
-    step = width * (share / (_EDGE * sqrt(width / max(lit, width)))) ** (1 / 3)
-    margin, slack = _slack(share, False, block)
+    aim = tolerance / sqrt(2)
+    step = width * (aim / (_EDGE * sqrt(width / max(lit, width)))) ** (1 / 3)
+    margin, slack = _slack(aim, False, block)
     banded = nyquist * (1 + slack / (block + 2 * margin))
     per_target = sqrt(1 / step**2 + banded**2)
     # A smooth edge needs few neighbours, a band that is nearly full as many as without an edge.
     margin = max(_EDGE_MARGIN, round(margin * (banded / per_target) ** 2))
     blocks = max(1, round(per_target * targets / block))
     each = -(-targets // blocks)
-    made = Grid(-(-targets // each), each, ceil(per_target * each), margin)
-    return made if made.count(targets) < 0.9 * targets else None
+    grid = Grid(-(-targets // each), each, ceil(per_target * each), margin)
+    return grid if grid.count(targets) < 0.9 * targets else None
 
 
 def band_matrix(grid: Grid, targets: int, nyquist: float, tolerance: float) -> Floats:

@@ -18,7 +18,7 @@ from chrmc.cgh.curved.assembly import Factor, add_field, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Line, Needs, axis_behind, make_axis
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, nonuniform_baseband
-from chrmc.cgh.curved.parallel import run_all, spread
+from chrmc.cgh.curved.parallel import in_parallel, run_all
 from chrmc.cgh.curved.predict import Budget, expected_error, light_of
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.tables import (
@@ -165,9 +165,9 @@ def sum_points(
     box = clusters.bounding_box(cloud.positions)
     nodes = len(axes[0].nodes), len(axes[1].nodes)
     if len(cloud) >= MANY_POINTS and not leaf:
-        made = nonuniform_baseband(cloud, axes, reference, plane, tolerance)
-        if made is not None:
-            return made
+        transformed = nonuniform_baseband(cloud, axes, reference, plane, tolerance)
+        if transformed is not None:
+            return transformed
     grid = (1, 1) if leaf else clusters.leaf_grid(box, len(cloud), nodes, plane)
     if grid != (1, 1):
         parts = clusters.leaves(cloud, box, grid)
@@ -277,16 +277,16 @@ def _from_leaves(
     total = np.zeros((len(y), len(x)), dtype=np.complex64 if tolerance >= SINGLE else np.complex128)
     own_x = reference_cycles(x, reference.x, reference.z_x, plane.wavelength)
     own_y = reference_cycles(y, reference.y, reference.z_y, plane.wavelength)
-    share = LEAF_SHARE * tolerance
+    aim = LEAF_SHARE * tolerance
     lock = Lock()
 
     def carry(part: PointCloud) -> float:
         centre = clusters.reference_of(clusters.bounding_box(part.positions), plane)
-        behind = axes_behind(axes, part, centre, plane, NODE_SHARE * share)
+        behind = axes_behind(axes, part, centre, plane, NODE_SHARE * aim)
         if not behind[0].blocks or not behind[1].blocks:
             return 0.0
         real, imag, missed = sum_points(
-            part, behind, centre, plane, share, leaf=True, room=room // len(parts)
+            part, behind, centre, plane, aim, leaf=True, room=room // len(parts)
         )
         factor = Factor(*behind, centre, *_single(real, imag))
         turn_x = phasor(reference_cycles(x, centre.x, centre.z_x, plane.wavelength) - own_x)
@@ -296,6 +296,6 @@ def _from_leaves(
         dropped = missed.series.dropped if missed.series is not None else 0.0
         return hypot(dropped, missed.relative)
 
-    dropped = max(spread(carry, parts))
-    between = NODE_SHARE * share
+    dropped = max(in_parallel(carry, parts))
+    between = NODE_SHARE * aim
     return total.real.copy(), total.imag.copy(), Remainder(None, hypot(dropped, between))

@@ -95,9 +95,9 @@ def _kappas(box: Floats, plane: Plane) -> tuple[float, float]:
     both = []
     for axis, (first, last, _) in enumerate((plane.x, plane.y)):
         low, high = float(box[axis, 0]), float(box[axis, 1])
-        reach = z_high * plane.reach[axis]
-        length = min(last, high + reach) - max(first, low - reach)
-        far = min(max(last - low, high - first), reach)
+        half = z_high * plane.reach[axis]
+        length = min(last, high + half) - max(first, low - half)
+        far = min(max(last - low, high - first), half)
         sine = (high - low) / 2 / z_low + far * (1 / z_low - 1 / z_high) / 2
         both.append(pi * min(sine, 2.0) / plane.wavelength * max(length, 0.0))
     return both[0], both[1]

@@ -84,11 +84,11 @@ def _of_cluster(
     grid = clusters.leaf_grid(box, len(cloud), nodes, plane)
     if grid == (1, 1):
         return total + _of_sums(cloud, axes, reference, plane, tolerance)
-    share = baseband.LEAF_SHARE * tolerance
+    aim = baseband.LEAF_SHARE * tolerance
     leaf, number = _a_leaf(cloud, some, box, grid)
     centre = clusters.reference_of(clusters.bounding_box(leaf.positions), plane)
-    behind = baseband.axes_behind(axes, leaf, centre, plane, baseband.NODE_SHARE * share)
-    one = _of_sums(leaf, behind, centre, plane, share)
+    behind = baseband.axes_behind(axes, leaf, centre, plane, baseband.NODE_SHARE * aim)
+    one = _of_sums(leaf, behind, centre, plane, aim)
     few = len(behind[0].nodes), len(behind[1].nodes)
     one += OperationCounts(
         products=4.0 * (few[1] * few[0] * nodes[0] + few[1] * nodes[0] * nodes[1]),

@@ -7,7 +7,7 @@ from math import pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.parallel import spread
+from chrmc.cgh.curved.parallel import in_parallel
 from chrmc.cgh.curved.wave import phasor
 from chrmc.optics.footprint import taper
 from chrmc.scene.points import PointCloud
@@ -133,7 +133,7 @@ def weighted_waves(
     for begin in range(0, len(cloud), held):
         together = slice(begin, begin + held)
         of_x, of_y = across(together), down(together) * strength[together, None]
-        spread(add, list(product(range(0, len(v), rows), range(0, len(u), columns))))
+        in_parallel(add, list(product(range(0, len(v), rows), range(0, len(u), columns))))
     return out
 
 

@@ -28,7 +28,7 @@ from chrmc.scene.points import PointCloud
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complexfloating]
 
-_REACH = 1.0  # of a soft edge's width, that a filter reads beyond its strip on either side
+_BEYOND = 1.0  # of a soft edge's width, that a filter reads beyond its strip on either side
 _DENSE = 1.3  # places for each that Nyquist asks for
 _LEAST = 4.0  # the same in places
 _FEWEST = 4.0  # places that a soft edge is read at, at least
@@ -103,8 +103,8 @@ def across(targets: tuple[float, float], centre: float) -> Across:
     ends = [(end - centre) ** 2 for end in targets]
     least = 0.0 if targets[0] < centre < targets[1] else min(ends)
     side = 1.0 if ends[1] > ends[0] else -1.0
-    reach = [sqrt(least + part * (max(ends) - least)) for part in (0.1, 0.75)]
-    return Across((centre + side * reach[0], centre + side * reach[1]), centre)
+    away = [sqrt(least + part * (max(ends) - least)) for part in (0.1, 0.75)]
+    return Across((centre + side * away[0], centre + side * away[1]), centre)
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +192,7 @@ def reading_of(
     line: Line | None = None
     if base is not None and strips and base.step <= width / _FEWEST:
         # One line of places serves all runs.
-        margin = max(_REACH * width, _LEAST * base.step)
+        margin = max(_BEYOND * width, _LEAST * base.step)
         below = max(0, ceil((base.first - min(low for low, _ in ends) + margin) / base.step))
         last = base.first + base.step * (base.count - 1)
         above = max(0, ceil((max(high for _, high in ends) + margin - last) / base.step))
@@ -212,7 +212,7 @@ def reading_of(
             at = line.places[own]
         else:
             step = min(width / _FEWEST, 1 / (2 * _DENSE * _frequency(model, (low, high))))
-            margin = max(_REACH * width, _LEAST * step)
+            margin = max(_BEYOND * width, _LEAST * step)
             if (high - low + 2 * margin) / step > _MOST:
                 return None
             at = np.arange(low - margin, high + margin + step, step)
@@ -277,7 +277,7 @@ class Readings:
 
 def readings_of(
     axes: tuple[Axis, Axis],
-    its: Reference,
+    reference: Reference,
     box: Floats,
     cloud: PointCloud,
     targets: tuple[Line, Line],
@@ -290,20 +290,23 @@ def readings_of(
     box : (3, 2) of all points
     cloud : points on which filters are tried; their power is 1/scale of all
     """
-    strength = scale * (cloud.amplitude * its.modulus(cloud.positions[:, 2])) ** 2
-    chosen, share = sample_points(strength, cloud.positions)
+    strength = scale * (cloud.amplitude * reference.modulus(cloud.positions[:, 2])) ** 2
+    chosen, weight = sample_points(strength, cloud.positions)
     points = cloud.positions[chosen].T
     spots = [np.resize(axis.nodes[[0, len(axis.nodes) // 2, -1]], len(chosen)) for axis in axes]
-    centres = (its.far_y, its.x, its.z_x), (its.far_x, its.y, its.z_y)
+    centres = (
+        (reference.far_y, reference.x, reference.z_x),
+        (reference.far_x, reference.y, reference.z_y),
+    )
     light = [np.zeros(0)] * 2
     tried: list[Along] = []
     for i, (far, middle, z_middle) in enumerate(centres):
-        rest = _rest(its, i, spots[1 - i][:, None], points[1 - i][:, None], plane.wavelength)
+        rest = _rest(reference, i, spots[1 - i][:, None], points[1 - i][:, None], plane.wavelength)
         common = far, plane.reach[i], middle, z_middle, plane.wavelength
         tried.append(Along(points[i], points[2], *common, rest))
         some = targets[i].places[:: max(1, targets[i].count // 64)]
         light[i] = np.mean(tried[i].weights(some) ** 2, axis=1) * targets[i].count
-    total = float(share @ (light[0] * light[1]))
+    total = float(weight @ (light[0] * light[1]))
     allowed = (_SHARE * aim) ** 2 / 2 * total
     along: list[Reading] = []
     missed, from_points = 0.0, []
@@ -314,14 +317,14 @@ def readings_of(
         models = tuple(
             replace(
                 own, x=corners[0], z=corners[1],
-                rest=_rest(its, i, np.array(line), np.array(other), plane.wavelength),
+                rest=_rest(reference, i, np.array(line), np.array(other), plane.wavelength),
             )
             for line in aside.lines
         )  # fmt: skip
         reading = reading_of(axes[i], (models[0], models[1]), aside, False, aim)
         power = np.inf
         if reading is not None:
-            power = float(share @ (reading.missed(axes[i], own, spots[1 - i]) * light[1 - i]))
+            power = float(weight @ (reading.missed(axes[i], own, spots[1 - i]) * light[1 - i]))
         from_points.append(power > allowed)
         if power > allowed:
             reading = reading_of(axes[i], (models[0], models[1]), aside, True, aim)
@@ -333,12 +336,12 @@ def readings_of(
 
 
 def _rest(
-    its: Reference, axis: int, line: Floats, place: Floats, wavelength: float
+    reference: Reference, axis: int, line: Floats, place: Floats, wavelength: float
 ) -> Callable[[Floats, Floats, Floats], NDArray[np.complex128]]:
     """What is not separable along an axis, on a line across it, of points at a place across."""
 
     def rest(t: Floats, x: Floats, z: Floats) -> NDArray[np.complex128]:
         offsets = (t - x, line - place) if axis == 0 else (line - place, t - x)
-        return its.residual(*offsets, z, wavelength)
+        return reference.residual(*offsets, z, wavelength)
 
     return rest

@@ -16,7 +16,7 @@ predict   `sample_points` stand for all, `budget_of` gives the `Budget` of a fac
           `measured_error` looks at some pixels, up to `SURE` of the tolerance they may miss
 cost      `split` gives the clusters, `cost_of` counts a hologram beforehand, `pixels_from` its way
           from nodes to pixels, `waves_looked_at` the look
-at once   `low_rank` does all of this for one cloud; `spread` and `alone` share the cores
+at once   `low_rank` does all of this for one cloud; `in_parallel` and `alone` divide the cores up
 """
 
 from chrmc.cgh.curved import (
@@ -35,7 +35,7 @@ from chrmc.cgh.curved.cost import cost_of, pixels_from
 from chrmc.cgh.curved.edge import Reading, readings_of
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
 from chrmc.cgh.curved.nonuniform import MANY_POINTS
-from chrmc.cgh.curved.parallel import alone, spread
+from chrmc.cgh.curved.parallel import alone, in_parallel
 from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.taps import Taps, fewer, fewer_beyond, taps_for
@@ -71,6 +71,7 @@ __all__ = [
     "fewer",
     "fewer_beyond",
     "field_of",
+    "in_parallel",
     "interpolation",
     "lines_of",
     "low_rank",
@@ -89,7 +90,6 @@ __all__ = [
     "series_for",
     "signal_of",
     "split",
-    "spread",
     "sum_points",
     "taps_for",
     "waves_looked_at",

@@ -222,19 +222,19 @@ def make_axis(line: Line, x: Floats, z: Floats, needs: Needs) -> Axis:
     if flat_low < flat_high:
         a, b = np.clip(np.searchsorted(targets, [flat_low, flat_high]), first, last)
         parts = [(int(first), int(a), True), (int(a), int(b), False), (int(b), int(last), True)]
-    made = []
+    pieces = []
     for start, stop, tapered in parts:
         if stop > start:
             part = line.part(start, stop)
             edge = SOFT_SHARE * float(half.min()), low, high
             own = _edge_run(part, needs, edge) if tapered else _smooth_run(part, needs)
-            made.append((own, start))
-    return joined(made)
+            pieces.append((own, start))
+    return joined(pieces)
 
 
 def axis_behind(axis: Axis, x: Floats, z: Floats, needs: Needs) -> Axis:
     """Nodes whose targets are the nodes of another axis, run by run."""
-    made = []
+    pieces = []
     for run in axis.runs:
         if run.line is None:
             own = _on_targets(axis.nodes[run.nodes], run.line, run.tapered)
@@ -242,8 +242,8 @@ def axis_behind(axis: Axis, x: Floats, z: Floats, needs: Needs) -> Axis:
             own = make_axis(run.line, x, z, needs)
         else:
             own = _smooth_run(run.line, needs)
-        made.append((own, run.nodes.start))
-    return joined(made)
+        pieces.append((own, run.nodes.start))
+    return joined(pieces)
 
 
 def _on_targets(places: Floats, line: Line | None, tapered: bool) -> Axis:

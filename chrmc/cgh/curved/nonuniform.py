@@ -18,7 +18,7 @@ from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.edge import Readings, readings_of
 from chrmc.cgh.curved.nodes import Axis, Line
-from chrmc.cgh.curved.parallel import spread
+from chrmc.cgh.curved.parallel import in_parallel
 from chrmc.cgh.curved.series import Remainder, make_series
 from chrmc.cgh.curved.taps import Taps, taps_for
 from chrmc.cgh.curved.wave import Reference, by_curvature, phasors
@@ -92,9 +92,11 @@ def nonuniform_baseband(
     count = max(1, min(ceil(swing / _SWING), len(cloud) // _SLICE))
     slices = clusters.leaves(cloud, box, (1, 1, count))
     both = sides[0], sides[1]
-    made = spread(partial(_slice, its=reference, sides=both, plane=plane, tolerance=aim), slices)
+    sums = in_parallel(
+        partial(_slice, reference=reference, sides=both, plane=plane, tolerance=aim), slices
+    )
     plain, dropped = None, 0.0
-    for one in made:
+    for one in sums:
         if one is None:
             return None
         plain = one[0] if plain is None else plain + one[0]
@@ -167,7 +169,7 @@ def _sagitta(offset: Floats, z: Floats | float) -> Floats:
 
 def _slice(
     cloud: PointCloud,
-    its: Reference,
+    reference: Reference,
     sides: tuple[_Side, _Side],
     plane: Plane,
     tolerance: float,
@@ -178,10 +180,10 @@ def _slice(
 
     def kernel(tx: Floats, ty: Floats, px: Floats, py: Floats, pw: Floats) -> tuple[Floats, Floats]:
         pz = 1 / pw
-        z_x, z_y = its.along_x(pz), its.along_y(pz)
+        z_x, z_y = reference.along_x(pz), reference.along_y(pz)
         rest = x.path(tx, px, z_x) - x.path(x.still, px, z_x)
         rest = rest + y.path(ty, py, z_y) - y.path(y.still, py, z_y)
-        radians, modulus = its.residual_parts(tx - px, ty - py, pz, wavelength)
+        radians, modulus = reference.residual_parts(tx - px, ty - py, pz, wavelength)
         return radians + 2 * pi / wavelength * rest, modulus
 
     places = x.places, y.places
@@ -197,8 +199,8 @@ def _slice(
     for first in range(0, len(cloud), _CHUNK):
         part = slice(first, first + _CHUNK)
         z = cloud.positions[part, 2]
-        cycles = its.start(z, wavelength) + cloud.phase[part] / (2 * pi)
-        deeps = its.along_x(z), its.along_y(z)
+        cycles = reference.start(z, wavelength) + cloud.phase[part] / (2 * pi)
+        deeps = reference.along_x(z), reference.along_y(z)
         for side, p, deep, angle in zip(sides, cloud.positions[part].T[:2], deeps, angles,
                                         strict=True):  # fmt: skip
             turn, grid = side.turn(p, deep), side.grid
@@ -208,9 +210,9 @@ def _slice(
             cycles += path / wavelength
             angle[part] = turn * (-2 * pi * grid.step / wavelength)
         cycles -= np.rint(cycles)
-        wave = phasors(2 * pi * cycles, cloud.amplitude[part] * its.modulus(z)).astype(kind)
-        shares = series.at_points(by_curvature(cloud.positions[part])).astype(real)
-        np.multiply(shares, wave, out=strength[:, part])
+        wave = phasors(2 * pi * cycles, cloud.amplitude[part] * reference.modulus(z)).astype(kind)
+        factors = series.at_points(by_curvature(cloud.positions[part])).astype(real)
+        np.multiply(factors, wave, out=strength[:, part])
     sums = _transformed(angles, strength, (x.grid.count, y.grid.count), tolerance)
     weights = series.on_nodes(*places, real)
     plain = np.zeros(sums.shape[1:], dtype=kind)

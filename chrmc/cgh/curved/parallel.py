@@ -51,8 +51,8 @@ _helpers = ThreadPoolExecutor(max(1, workers() - 1), thread_name_prefix="chrmc")
 _this = threading.local()
 
 
-def spread(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
-    """[function(item) for item in items] on all cores; a task may spread its own.
+def in_parallel(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
+    """[function(item) for item in items] on all cores; a task may have its own.
 
     Every core takes the next item that is left, so the long ones should come first. The caller
     takes items too, and waits only for helpers that have begun: those for which no core was free
@@ -90,8 +90,8 @@ def spread(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
 
 
 def run_all(pieces: Sequence[Callable[[], T]]) -> list[T]:
-    """What all pieces return, spread over the cores."""
-    return spread(lambda piece: piece(), pieces)
+    """What all pieces return, worked on by all cores."""
+    return in_parallel(lambda piece: piece(), pieces)
 
 
 def alone(function: F) -> F:

@@ -96,16 +96,16 @@ def axis_powers(
     for run in axis.runs:
         own = axis.blocks_of(run)
         few = [own[i] for i in sorted({0, len(own) // 2, len(own) - 1})] if own else []
-        share = sum(p.target_count for p in own) / max(1, sum(p.target_count for p in few))
-        chosen += [(block, run.tapered, share) for block in few]
+        times = sum(p.target_count for p in own) / max(1, sum(p.target_count for p in few))
+        chosen += [(block, run.tapered, times) for block in few]
     if not chosen:
         nothing = np.zeros(len(wave(axis.nodes[:0])))
         return nothing, nothing
     at_nodes = wave(np.concatenate([axis.nodes[block.nodes] for block, _, _ in chosen]))
     at_least = 120 // len(at_nodes)  # the edge of a single point is easily missed
-    picks, guesses, shares = [], [], []
+    picks, guesses, weights = [], [], []
     start = 0
-    for number, (block, tapered, share) in enumerate(chosen):
+    for number, (block, tapered, times) in enumerate(chosen):
         # Other places in each block, the error being small near its nodes.
         n = min(max(_TARGETS, 16 // len(chosen), at_least), block.target_count)
         shift = 0.618 * (number + 1) % 1
@@ -117,14 +117,14 @@ def axis_powers(
         if tapered:
             values = values * edge(axis.nodes[block.nodes])
         guesses.append(values[:, index] if block.matrix is None else values @ block.matrix[index].T)
-        shares.append(np.full(n, share * block.target_count / n))
+        weights.append(np.full(n, times * block.target_count / n))
     exact = wave(np.concatenate(picks))
     first = 0
     for (_, tapered, _), places in zip(chosen, picks, strict=True):
         if tapered:
             exact[:, first : first + len(places)] *= edge(places)
         first += len(places)
-    weight = np.concatenate(shares)
+    weight = np.concatenate(weights)
     missed = np.abs(np.concatenate(guesses, axis=1) - exact) ** 2
     return np.abs(exact) ** 2 @ weight, missed @ weight
 
@@ -171,7 +171,7 @@ def expected_error(
     """Expected Σ|error|² over the targets, known before the baseband is; of it, the rounding's."""
     reference, wavelength, reach = wave.reference, wave.wavelength, wave.reach
     strength = (cloud.amplitude * reference.modulus(cloud.positions[:, 2])) ** 2
-    chosen, share = sample_points(strength, cloud.positions)
+    chosen, weight = sample_points(strength, cloud.positions)
     x, y, z = cloud.positions[chosen].T
     lines = _lines(axes[0], x), _lines(axes[1], y)
 
@@ -205,7 +205,7 @@ def expected_error(
         dropped += missed.series.missed(places, reference.kernel(wavelength), reach)
     rounding = ROUNDING**2 * light_x * light_y
     error = miss_x * light_y + light_x * miss_y + dropped * light_x * light_y + rounding
-    return float(share @ error), float(share @ rounding)
+    return float(weight @ error), float(weight @ rounding)
 
 
 def _lines(axis: Axis, x: Floats) -> Floats:
@@ -229,7 +229,7 @@ def sample_points(strength: Floats, positions: Floats) -> tuple[NDArray[np.intp]
     special = np.flatnonzero(~other)
     rest = np.linspace(0, count - 1, _OTHERS).astype(np.intp)
     rest = rest[other[rest]]
-    share = strength[rest]
-    if share.any():
-        share = share * (strength.sum() - strength[special].sum()) / share.sum()
-    return np.concatenate([special, rest]), np.concatenate([strength[special], share])
+    others = strength[rest]
+    if others.any():
+        others = others * (strength.sum() - strength[special].sum()) / others.sum()
+    return np.concatenate([special, rest]), np.concatenate([strength[special], others])

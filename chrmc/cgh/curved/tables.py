@@ -93,11 +93,11 @@ def _products(
     def piece(term: int, rows: slice) -> Callable[[], None]:
         def multiply() -> None:
             scaled = np.empty((n, rows.stop - rows.start), dtype=scale.dtype)
-            made = []
+            three = []
             for table, other in zip(down, across, strict=True):
                 np.multiply(table[:, rows], scale[term][:, None], out=scaled)
-                made.append(scaled.T @ other)
-            both, sine, imag = made[0], made[1], made[2]
+                three.append(scaled.T @ other)
+            both, sine, imag = three
             imag -= both
             imag -= sine
             both -= sine
@@ -176,9 +176,9 @@ def table_pieces(
             for run in axis.runs:
                 if run.tapered:
                     offset = (axis.nodes[run.nodes] - t[some, None]).astype(cos.dtype)
-                    share = taper(offset, (z[some] * reach)[:, None])
-                    cos[:, run.nodes] *= share
-                    sin[:, run.nodes] *= share
+                    weight = taper(offset, (z[some] * reach)[:, None])
+                    cos[:, run.nodes] *= weight
+                    sin[:, run.nodes] *= weight
 
         return phasor_table(cycles, (len(t), len(axis.nodes)), precision, weigh)
 
@@ -215,12 +215,12 @@ def sum_levels(
     out: list[tuple[Reals, Reals]] = []
     for start in range(0, len(cloud), MOST_AT_ONCE):
         part = cloud.select(slice(start, start + MOST_AT_ONCE))
-        made = _some_points(part, levels, wave, series, first, beside)
+        sums = _some_points(part, levels, wave, series, first, beside)
         first = beside = None
         if not out:
-            out = made
+            out = sums
         else:
-            for total, more in zip(out, made, strict=True):
+            for total, more in zip(out, sums, strict=True):
                 for old, new in zip(total, more, strict=True):
                     old += new
     return out
@@ -239,21 +239,21 @@ def _some_points(
     tables = [first or Tables(), *(Tables() for _ in levels[1:])]
     missing = [
         piece
-        for level, made in zip(levels, tables, strict=True)
-        if made.across is None
-        for piece in table_pieces(cloud, (level.axis_x, level.axis_y), wave, level.precision, made)
+        for level, own in zip(levels, tables, strict=True)
+        if own.across is None
+        for piece in table_pieces(cloud, (level.axis_x, level.axis_y), wave, level.precision, own)
     ]
     if missing:
         run_all(missing)
     sums = []
     pieces: list[Callable[[], None]] = []
-    for level, made in zip(levels, tables, strict=True):
-        assert made.across is not None and made.down is not None
+    for level, own in zip(levels, tables, strict=True):
+        assert own.across is not None and own.down is not None
         weights = series.on_nodes(
             level.axis_x.nodes, level.axis_y.nodes, level.precision, level.terms
         )
         products, total = _products(
-            made.across, made.down, scale[level.terms].astype(level.precision), weights
+            own.across, own.down, scale[level.terms].astype(level.precision), weights
         )
         pieces += products
         sums.append(total)
@@ -272,14 +272,14 @@ def exact_baseband(
     """The same point by point, for geometry that no short series fits, or where that is quicker."""
     reference, wavelength = wave.reference, wave.wavelength
     x, y, z = cloud.positions.T
-    made = weighted_waves(
+    total = weighted_waves(
         cloud, axis_x.nodes, axis_y.nodes, wavelength,
         lambda some: axis_x.weights(x[some], z[some], wave.reach[0]),
         lambda some: axis_y.weights(y[some], z[some], wave.reach[1]),
     )  # fmt: skip
     for axis, centre, depth, turned in (
-        (axis_x, reference.x, reference.z_x, made.T), (axis_y, reference.y, reference.z_y, made)
+        (axis_x, reference.x, reference.z_x, total.T), (axis_y, reference.y, reference.z_y, total)
     ):  # fmt: skip
         cos, sin = phasor(reference_cycles(axis.nodes, centre, depth, wavelength))
         turned *= (cos - 1j * sin)[:, None]
-    return made.real.astype(np.float32), made.imag.astype(np.float32)
+    return total.real.astype(np.float32), total.imag.astype(np.float32)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from chrmc.cgh.curved.assembly import Factor, reference_cycles
 from chrmc.cgh.curved.direct import field_at
 from chrmc.cgh.curved.nodes import Axis, Line
-from chrmc.cgh.curved.parallel import alone, spread
+from chrmc.cgh.curved.parallel import alone, in_parallel
 from chrmc.cgh.curved.predict import ROUNDING
 from chrmc.cgh.curved.wave import phasor
 from chrmc.scene.points import PointCloud
@@ -74,20 +74,20 @@ class Lattice:
         expected : what was worked out beforehand; more pixels are drawn where few contradict it
         """
         total = float(self.power.sum())
-        share = 0.5 * self.weight / self.weight.sum()
-        share += 0.5 * self.power / total if total > 0 else share
-        cumulative = np.cumsum(share.ravel())
+        chance = 0.5 * self.weight / self.weight.sum()
+        chance += 0.5 * self.power / total if total > 0 else chance
+        cumulative = np.cumsum(chance.ravel())
         random = np.random.default_rng(0)
         count = _pixels_for(points)
         squares = np.zeros(0)
         for more in (count, (_MORE - 1) * count):
-            # Even steps through the shares: less chance than independent draws.
+            # Even steps through them: less left to luck than independent draws.
             at = (np.arange(more) + random.random(more)) / more * cumulative[-1]
             drawn = np.minimum(np.searchsorted(cumulative, at, "right"), len(cumulative) - 1)
             row, column = np.unravel_index(drawn, self.weight.shape)
             truth = exact(lines[0].places[self.columns[column]], lines[1].places[self.rows[row]])
             missed = np.abs(self.values[row, column] - truth) ** 2
-            squares = np.append(squares, self.weight[row, column] * missed / share[row, column])
+            squares = np.append(squares, self.weight[row, column] * missed / chance[row, column])
             error = float(np.mean(squares))
             relative = float(np.sqrt(error / total)) if total > 0 else float(error > 0) * np.inf
             if relative < min(_OPEN * tolerance, 2 * expected):
@@ -129,7 +129,7 @@ def look(
     columns = _picked([factor.axis_x for factor in factors], random)
     rows = _picked([factor.axis_y for factor in factors], random)
     read = partial(_read, rows=rows[0], columns=columns[0], lines=lines, wavelength=wavelength)
-    values = spread(read, factors)
+    values = in_parallel(read, factors)
     lattice = Lattice(rows, columns, np.sum(values, axis=0))
     # Factors that cancel each other round as what they are, not as what they leave.
     parts = sum(float((lattice.weight * np.abs(part) ** 2).sum()) for part in values)
@@ -141,7 +141,7 @@ def look(
             return field_at(cloud, x[part], y[part], wavelength, reach)
 
         half = len(x) // 2
-        return np.concatenate(spread(some, [slice(half), slice(half, None)]))
+        return np.concatenate(in_parallel(some, [slice(half), slice(half, None)]))
 
     return lattice.error(exact, lines, len(cloud), tolerance, expected), least
 

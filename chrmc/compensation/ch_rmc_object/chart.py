@@ -82,19 +82,19 @@ def mean_rotation(poses: Sequence[Pose]) -> Floats:
 def views_of(
     poses: Sequence[Pose],
     middle: Floats,
-    axes: Floats,
+    to_chart: Floats,
     radius: Floats,
     sides: tuple[tuple[Floats, Floats], tuple[Floats, Floats]],
 ) -> Views:
     """What each pose needs of the chart.
 
     middle : (3,) the body's centre, in body coordinates
-    axes : (3, 3) body to chart
+    to_chart : (3, 3) body to chart
     radius : (3,) how far, along the chart's axes, places lie from the centre that directions
         start from
     sides : (K,) lowest and highest x, and y, of the hologram that each is seen on, metres
     """
-    turn = np.stack([axes @ pose.rotation.T for pose in poses])
+    turn = np.stack([to_chart @ pose.rotation.T for pose in poses])
     centre = np.stack([pose.rotation @ middle + pose.translation for pose in poses])
     (x0, x1), (y0, y1) = ((low[:, None], high[:, None]) for low, high in sides)
     t = np.linspace(0, 1, _SIDE)

@@ -102,9 +102,9 @@ def choose(
     best = _Way(np.inf, None, _WAIT)
     parts: Parts = (1, 1, 1)
     for frames in _lengths(len(poses)):
-        axes = mean_rotation(poses[:frames])
-        size = np.abs(bounding_box((outline.rim - outline.middle) @ axes.T)).max(axis=1)
-        views = views_ahead(plan, outline, poses[:frames], axes, size, targets, plane, 0.0)
+        to_chart = mean_rotation(poses[:frames])
+        size = np.abs(bounding_box((outline.rim - outline.middle) @ to_chart.T)).max(axis=1)
+        views = views_ahead(plan, outline, poses[:frames], to_chart, size, targets, plane, 0.0)
         view = views.until(frames)
         if not view.whole:
             break
@@ -124,16 +124,16 @@ def choose(
         # The longest that one chart can hold, if it has to be reuse.
         if least < np.inf and (always or least <= 1.02 * best.cost):
             best = _Way(least, parts, frames)
-    share = best.cost / fresh
-    if best.parts is None or (share > 1 and not always):
+    ratio = best.cost / fresh
+    if best.parts is None or (ratio > 1 and not always):
         why = "no chart of directions holds two of its frames"
-        if share < np.inf:
-            why = f"looking up would cost {share:.2g} times as much"
+        if ratio < np.inf:
+            why = f"looking up would cost {ratio:.2g} times as much"
         return Choice(None, _WAIT, why, fresh, best.cost)
     number = int(np.prod(best.parts))
     why = (
         f"{number} part{'s' * (number > 1)} for up to {best.frames} frames, each at "
-        f"{share:.2g} of what it would cost afresh"
+        f"{ratio:.2g} of what it would cost afresh"
     )
     return Choice(best.parts, best.frames, why, fresh, best.cost)
 

@@ -64,7 +64,7 @@ def make_grid(
     delta2 = sqrt((half[0] ** 4 + half[1] ** 4) / 5 + 2 * (half[0] * half[1]) ** 2 / 9)
     swing = pi * delta2 * (view.s[1] - view.s[0]) / 2 / wavelength
     layers = layer_count(swing, _RANGE_SHARE * tolerance)
-    middle, reach = (view.s[0] + view.s[1]) / 2, (view.s[1] - view.s[0]) / 2
+    middle, either = (view.s[0] + view.s[1]) / 2, (view.s[1] - view.s[0]) / 2
     tile = (
         min(count[0], ceil(width[0] / 2 / steps[0]) + 1),
         # A little more than a view is not worth two tiles.
@@ -72,7 +72,7 @@ def make_grid(
     )
     return Grid(
         (spans[0][0] - pads[0] * steps[0], spans[1][0] - pads[1] * steps[1]), steps,
-        (count[0], count[1]), (across, down), middle + reach * chebyshev(layers), view.s, tile,
+        (count[0], count[1]), (across, down), middle + either * chebyshev(layers), view.s, tile,
         taps, view.tilt,
     )  # fmt: skip
 

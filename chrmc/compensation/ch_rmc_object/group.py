@@ -21,10 +21,10 @@ from chrmc.cgh.curved.interface import (
     budget_of,
     fewer,
     fewer_beyond,
+    in_parallel,
     part_of,
     phasor,
     reference_cycles,
-    spread,
     sum_points,
 )
 from chrmc.compensation.ch_rmc_object.chart import mean_rotation
@@ -70,13 +70,13 @@ class Group:
         self.body = body = outline.body
         self._targets, self._plane, self._tolerance = targets, plane, tolerance
         self._middle = outline.middle
-        self._axes = mean_rotation(poses)
-        own = (body.positions - self._middle) @ self._axes.T
+        self._to_chart = mean_rotation(poses)
+        own = (body.positions - self._middle) @ self._to_chart.T
         part, centres, self._half = cut(own, parts)
         z = min(float(pose.apply(self._middle[None])[0, 2]) for pose in poses)
         more = fewer_beyond(float(self._half[:2].max()) / z / plane.wavelength, SHARE * tolerance)
         views = views_ahead(
-            first, outline, poses, self._axes, np.abs(centres).max(axis=0), targets, plane,
+            first, outline, poses, self._to_chart, np.abs(centres).max(axis=0), targets, plane,
             more if len(centres) > 1 else 0.0,
         )  # fmt: skip
         width = tuple(float(np.max(high - low)) for low, high in (views.alpha, views.beta))
@@ -138,7 +138,7 @@ class Group:
         """(len(x), len(y)) the baseband without footprints."""
         sphere, wavelength = self.sphere, self._plane.wavelength
         centre = pose.apply(self._middle[None])[0]
-        turn = self._axes @ pose.rotation.T
+        turn = self._to_chart @ pose.rotation.T
         offsets = sphere.centres @ turn
         places = centre + offsets
         few_x, few_y = x, y
@@ -226,8 +226,8 @@ def cut(own: Floats, parts: tuple[int, int, int]) -> tuple[NDArray[np.intp], Flo
     cell = np.zeros(len(own), dtype=np.intp)
     for axis, number in enumerate(parts):
         if number > 1 and high[axis] > low[axis]:
-            share = (own[:, axis] - low[axis]) / (high[axis] - low[axis])
-            cell = cell * number + np.minimum((share * number).astype(np.intp), number - 1)
+            place = (own[:, axis] - low[axis]) / (high[axis] - low[axis])
+            cell = cell * number + np.minimum((place * number).astype(np.intp), number - 1)
     _, part = np.unique(cell, return_inverse=True)
     count = int(part.max()) + 1
     ends = []
@@ -273,5 +273,5 @@ def _carried(
         out[rows] = (wide.reshape(len(wide), -1).view(real) @ right).view(m.dtype)
 
     cuts = np.linspace(0, len(to_x), 5).astype(int)
-    spread(some, [slice(a, b) for a, b in pairwise(cuts) if b > a])
+    in_parallel(some, [slice(a, b) for a, b in pairwise(cuts) if b > a])
     return out

@@ -93,11 +93,11 @@ def planned(
         outer = thing.pose.apply(outline.rim)
         rim = PointCloud(outer, np.ones(len(outer)), np.zeros(len(outer)))
     box = bounding_box(rim.positions)
-    its = reference_at((cx, cy, cz), box, plane)
-    axes = cluster_axes(rim, its, targets, plane, aim)
-    read = readings_of(axes, its, box, cloud, targets, plane, aim, scale)
+    reference = reference_at((cx, cy, cz), box, plane)
+    axes = cluster_axes(rim, reference, targets, plane, aim)
+    read = readings_of(axes, reference, box, cloud, targets, plane, aim, scale)
     return Plan(
-        thing, aim, Wave(its, plane.wavelength, plane.reach), axes, read.along,
+        thing, aim, Wave(reference, plane.wavelength, plane.reach), axes, read.along,
         cloud, scale, read.missed, read.from_points,
     )  # fmt: skip
 
@@ -106,14 +106,15 @@ def views_ahead(
     first: Plan,
     outline: Outline,
     poses: Sequence[Pose],
-    axes: Floats,
+    to_chart: Floats,
     radius: Floats,
     targets: tuple[Line, Line],
     plane: Plane,
     more: float,
 ) -> Views:
-    """What frames need of a chart with these axes, about.
+    """What frames need of a chart, about.
 
+    to_chart : (3, 3) body to chart
     more : metres that places of parts lie beyond those of the whole
     """
     middle, size = outline.middle, outline.size
@@ -129,7 +130,7 @@ def views_ahead(
         if len(places):
             beyond += 1.3 * max(a[0] - float(places.min()), float(places.max()) - b[0], 0.0)
         sides.append((a - beyond, b + beyond))
-    return views_of(poses, middle, axes, radius, (sides[0], sides[1]))
+    return views_of(poses, middle, to_chart, radius, (sides[0], sides[1]))
 
 
 def same_light(before: ObjectFrame, now: ObjectFrame) -> bool:

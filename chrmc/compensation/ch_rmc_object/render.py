@@ -11,7 +11,7 @@ from chrmc.record import FrameRecord
 from chrmc.slm import SLM
 from chrmc.window import Window
 
-Share = tuple[bool, Sequence[Factor]]
+Shown = tuple[bool, Sequence[Factor]]
 """Whether an object rests, and its factors."""
 
 
@@ -23,7 +23,7 @@ class Renderer:
         self._kept: dict[str, tuple[dict[str, int], NDArray[Any]]] = {}
 
     def of(
-        self, kind: str, shares: Sequence[Share], still: Mapping[str, int], record: FrameRecord
+        self, kind: str, objects: Sequence[Shown], still: Mapping[str, int], record: FrameRecord
     ) -> Callable[[], NDArray[Any]]:
         """What makes a frame's "field" or "signal".
 
@@ -36,10 +36,10 @@ class Renderer:
                 if still:
                     kept = self._kept.get(kind)
                     if kept is None or kept[0] != still:
-                        resting = [f for rests, factors in shares if rests for f in factors]
+                        resting = [f for rests, factors in objects if rests for f in factors]
                         kept = self._kept[kind] = dict(still), self._render(kind, resting, None)
                     base = kept[1]
-                moving = [f for rests, factors in shares if not rests for f in factors]
+                moving = [f for rests, factors in objects if not rests for f in factors]
                 return self._render(kind, moving, base)
 
         return make

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.interface import (
     Series,
+    in_parallel,
     make_series,
-    spread,
 )
 from chrmc.compensation.ch_rmc_object.chart import path
 from chrmc.compensation.ch_rmc_object.grid import SHARE, Grid
@@ -146,18 +146,18 @@ class Sphere:
             raise NotCovered
         self._ensure(slice(low, high), slice(int(first.min()), int(first.max()) + rows), visible)
         number = np.arange(len(self.centres))[:, None, None]
-        shares = _lagrange(grid.layers, 1 / r_at)
+        by_layer = _lagrange(grid.layers, 1 / r_at)
         out = np.empty(place.shape, dtype=self._complex)
         flat = self._values.reshape(-1)
         across, down = grid.count
 
         def some(columns: slice) -> None:
             lines: NDArray[np.complexfloating] | None = None
-            for layer, share in enumerate(shares):
-                line = (number * len(shares) + layer) * down + at[:, None, :]
+            for layer, part in enumerate(by_layer):
+                line = (number * len(by_layer) + layer) * down + at[:, None, :]
                 one = weighed(flat, line * across + start[:, columns], weight[:, columns])
-                if len(shares) > 1:
-                    one *= share[:, columns].astype(self._real)
+                if len(by_layer) > 1:
+                    one *= part[:, columns].astype(self._real)
                 lines = one if lines is None else lines + one
             assert lines is not None
             own, by = taps.weights(place[:, columns])
@@ -167,7 +167,7 @@ class Sphere:
             )
 
         cuts = np.linspace(0, len(x), min(len(x), 4) + 1).astype(int)
-        spread(some, [slice(a, b) for a, b in pairwise(cuts)])
+        in_parallel(some, [slice(a, b) for a, b in pairwise(cuts)])
         return out
 
     def _columns(
@@ -232,7 +232,7 @@ class Sphere:
                     self._values[part, layer, tile.beta, tile.alpha] += one
 
         batches = batches_of(self._part[index])
-        spread(
+        in_parallel(
             add_some,
             [(layer, runs) for runs in batches for layer in range(len(self.grid.layers))],
         )

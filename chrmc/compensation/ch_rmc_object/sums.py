@@ -24,14 +24,14 @@ def cycles_of(
     The path is analytic in α up to γ = 0, so that its Chebyshev series falls fast.
     """
     low, high = float(at[0]), float(at[-1])
-    reach = (high - low) / 2
+    half = (high - low) / 2
     edge = sqrt(1 - float(other) ** 2)
-    if reach > 0:
-        ratio = (edge - max(abs(low), abs(high))) / reach + 1
+    if half > 0:
+        ratio = (edge - max(abs(low), abs(high))) / half + 1
         few = 4 + ceil(log(1e12) / log(ratio + sqrt(ratio * ratio - 1)))
         if few < 0.7 * len(at):
-            coarse = (low + high) / 2 + reach * chebyshev(few)
-            matrix = interpolation(few, (at - (low + high) / 2) / reach).T
+            coarse = (low + high) / 2 + half * chebyshev(few)
+            matrix = interpolation(few, (at - (low + high) / 2) / half).T
             return (length(coarse) / wavelength) @ matrix
     return length(at) / wavelength
 
@@ -63,8 +63,8 @@ def product_of(
     right = across.swapaxes(0, 1).reshape(runs, 2 * count, -1)
     left = np.empty((runs, 2, count, 2, rows), dtype=right.dtype)
     total = np.zeros((runs, rows, right.shape[2]), dtype=weights.dtype)
-    for share, weight in zip(scale, weights, strict=True):
-        column = share[..., None]
+    for strength, weight in zip(scale, weights, strict=True):
+        column = strength[..., None]
         np.multiply(down[0], column, out=left[:, 0, :, 0])
         np.multiply(down[1], column, out=left[:, 0, :, 1])
         left[:, 1, :, 1] = left[:, 0, :, 0]

@@ -55,7 +55,7 @@ _AIM = 0.7  # of the tolerance: one key frame has to do for many frames, the wor
 class _Track:
     """What is kept of one object from frame to frame.
 
-    version : another for everything that is made
+    version : another for each time it is worked out
     """
 
     thing: ObjectFrame
@@ -118,7 +118,7 @@ class _Maker:
         self._targets = lines_of(slm, self._window)
         self._tracks: dict[str, _Track] = {}
         self._outlines: dict[str, Outline] = {}
-        self._made = 0
+        self._versions = 0
         self._patience = Patience()
         self._renderer = Renderer(slm, wavelength, self._window, coding)
         self._whole: tuple[tuple[int, ...], _Track | None] = (), None
@@ -147,12 +147,12 @@ class _Maker:
             record.error_predicted = total.relative
             names = {track.thing.name: track.version for track in tracks}
             still = {name: version for name, version in names.items() if name not in moved}
-            shares = [(track.thing.name in still, track.factors) for track in tracks]
+            objects = [(track.thing.name in still, track.factors) for track in tracks]
             yield VideoFrame(
                 scene_frame,
                 record,
-                self._renderer.of("field", shares, still, record),
-                self._renderer.of("signal", shares, still, record),
+                self._renderer.of("field", objects, still, record),
+                self._renderer.of("signal", objects, still, record),
             )
 
     @alone
@@ -169,10 +169,10 @@ class _Maker:
         if group is not None and group.body is thing.body:
             # Nodes that turn out too few for this frame are no reason for a key frame.
             for share in (_AIM, 0.4 * _AIM):
-                made = self._looked_up(group, thing, outline, share * self._tolerance, record)
-                if made is None:
+                found = self._looked_up(group, thing, outline, share * self._tolerance, record)
+                if found is None:
                     break
-                factor, budget = made
+                factor, budget = found
                 if self._good(factor, thing.cloud, budget, number % _SOMETIMES == 0):
                     self._book(group, thing, record)
                     return self._track(thing, [factor], budget, group)
@@ -226,10 +226,10 @@ class _Maker:
                     return self._afresh(thing, record, choice.why)
                 ahead = poses[: choice.frames]
                 group = Group(plan, outline, ahead, choice.parts, self._targets, self._plane, aim)
-            made = self._looked_up(group, thing, outline, aim, record, plan)
-            if made is None:
+            found = self._looked_up(group, thing, outline, aim, record, plan)
+            if found is None:
                 break
-            factor, budget = made
+            factor, budget = found
             if self._good(factor, thing.cloud, budget, True):
                 self._patience.end(thing.name)
                 self._book_key(thing, record)
@@ -311,13 +311,13 @@ class _Maker:
         budget: Budget,
         group: Group | None,
     ) -> _Track:
-        self._made += 1
-        return _Track(thing, factors, budget, group, self._made)
+        self._versions += 1
+        return _Track(thing, factors, budget, group, self._versions)
 
     def _afresh(self, thing: ObjectFrame, record: FrameRecord, why: str) -> _Track:
         """An object's factors straight from its points."""
         with record.stage("HC"):
-            made = low_rank(
+            low = low_rank(
                 thing.cloud,
                 self._slm,
                 self._wavelength,
@@ -327,7 +327,7 @@ class _Maker:
             )
         self._book_key(thing, record)
         record.reuse[thing.name] = f"afresh: {why}" if why else "afresh"
-        return self._track(thing, made.factors, made.budget, None)
+        return self._track(thing, low.factors, low.budget, None)
 
     def _book_key(self, thing: ObjectFrame, record: FrameRecord) -> None:
         record.key = True

@@ -1,4 +1,4 @@
-"""Carry one object's field over one step of its motion, and say on which window it serves."""
+"""Carry one object's field over a motion, and say on which window it serves."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -36,37 +36,37 @@ class Translation:
     by: tuple[float, float, float]
 
 
-Step = Rotation | Translation | None
+Motion = Rotation | Translation | None
 """What an object does between two frames; None for no motion."""
 
 
-def moved(cloud: PointCloud, step: Step) -> PointCloud:
-    """The cloud after the step, phases and amplitudes kept."""
-    if step is None:
+def moved(cloud: PointCloud, motion: Motion) -> PointCloud:
+    """The cloud after the motion, phases and amplitudes kept."""
+    if motion is None:
         return cloud
-    if isinstance(step, Rotation):
-        positions = turned(cloud.positions, step.centre, step.angle)
+    if isinstance(motion, Rotation):
+        positions = turned(cloud.positions, motion.centre, motion.angle)
     else:
-        positions = cloud.positions + np.array(step.by)
+        positions = cloud.positions + np.array(motion.by)
     return PointCloud(positions, cloud.amplitude, cloud.phase)
 
 
 def carried_window(
     before: PointCloud,
     after: PointCloud,
-    step: Step,
+    motion: Motion,
     slm: SLM,
     wavelength: float,
     passband: Passband,
 ) -> Window:
     """Where the carried field stands for the whole object."""
-    if step is None:
+    if motion is None:
         return Window.full(slm)
-    if isinstance(step, Rotation):
+    if isinstance(motion, Rotation):
         # The object's light sweeps the panel as the arc's centre sees it, whatever its own depth.
-        shift = (0.0, -step.centre[1] * np.tan(step.angle))
+        shift = (0.0, -motion.centre[1] * np.tan(motion.angle))
         return reusable(before, after, slm, wavelength, passband, shift, soft_axes=(0,))
-    x, y, z = step.by
+    x, y, z = motion.by
     # Footprints move along; they widen or narrow with depth, which may pass a pixel.
     grown = [abs(z) * reach(wavelength, f) for f in (passband.fx_max, passband.fy_max)]
     soft = [axis for axis, change in enumerate(grown) if change > slm.pixel_pitch]
@@ -77,45 +77,45 @@ def carried_window(
 def carry(
     field: NDArray[np.complex64],
     middle: NDArray[np.float64],
-    step: Rotation | Translation,
+    motion: Rotation | Translation,
     slm: SLM,
     wavelength: float,
     radius: float,
     record: FrameRecord,
     cylinder: Cylinder | None = None,
 ) -> tuple[NDArray[np.complex64], Cylinder | None]:
-    """The field after the step, (H, W), and the cylinder it went by, to be handed in next time.
+    """The field after the motion, (H, W), and the cylinder it went by, to be handed in next time.
 
-    middle : (3,) the object's centre before the step, metres
+    middle : (3,) the object's centre before the motion, metres
     radius : of the curved hologram, metres
     record : books the stages PA, CON and RMC
     """
-    if isinstance(step, Translation):
+    if isinstance(motion, Translation):
         with record.stage("RMC"):
-            return translate(field, step, slm, wavelength), cylinder
+            return translate(field, motion, slm, wavelength), cylinder
     with record.stage("PA"):
-        if cylinder is None or cylinder.centre != step.centre or cylinder.radius != radius:
-            cylinder = cylinder_at(slm, wavelength, step.centre, radius)
-        local: NDArray[Any] = cylinders.to_local(field, cylinder, step.angle)
+        if cylinder is None or cylinder.centre != motion.centre or cylinder.radius != radius:
+            cylinder = cylinder_at(slm, wavelength, motion.centre, radius)
+        local: NDArray[Any] = cylinders.to_local(field, cylinder, motion.angle)
     with record.stage("CON"):
         local = to_curved(local, cylinder.table)
     with record.stage("RMC"):
-        bearing = float(middle[0]) - step.centre[0]
-        local = cylinders.rotate(local, cylinder, step.angle, bearing)
+        bearing = float(middle[0]) - motion.centre[0]
+        local = cylinders.rotate(local, cylinder, motion.angle, bearing)
     with record.stage("CON"):
         local = to_planar(local, cylinder.table)
     with record.stage("PA"):
-        axial = float(turned(middle, step.centre, step.angle)[2] - middle[2])
+        axial = float(turned(middle, motion.centre, motion.angle)[2] - middle[2])
         out = cylinders.to_original(local, cylinder, axial)
-        out *= np.complex64(cylinders.piston(cylinder, middle, step.angle))
+        out *= np.complex64(cylinders.piston(cylinder, middle, motion.angle))
     return out, cylinder
 
 
 def translate(
-    field: NDArray[np.complex64], step: Translation, slm: SLM, wavelength: float
+    field: NDArray[np.complex64], motion: Translation, slm: SLM, wavelength: float
 ) -> NDArray[np.complex64]:
     """The field of an object that moved without turning: exact but for what was off the panel."""
-    x, y, z = step.by
+    x, y, z = motion.by
     grid = padded_shape(field.shape, slm.pixel_pitch, wavelength, z)
     # Room for what the shift carries off the panel, so that it doesn't come back opposite.
     away = [int(np.ceil(abs(v) / slm.pixel_pitch)) for v in (y, x)]

@@ -19,7 +19,6 @@ removed. The work on blanks is in `point_pixels`.
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,7 @@ from numpy.typing import NDArray
 
 from chrmc.cgh import Method, compute_field
 from chrmc.compensation.ch_rmc_paper.blank import difference, extent, intersection
-from chrmc.compensation.ch_rmc_paper.carry import Step, carried_window, carry, moved
+from chrmc.compensation.ch_rmc_paper.carry import Motion, carried_window, carry, moved
 from chrmc.compensation.ch_rmc_paper.conversion import RADIUS, check_radius
 from chrmc.compensation.ch_rmc_paper.cylinder import Cylinder
 from chrmc.compensation.ch_rmc_paper.error_correction import (
@@ -59,7 +58,7 @@ class Track:
 
     field : (H, W) its hologram; cloud : the points that are in it; ids : theirs, or None
     cylinder : of its present arc, or None
-    blank : pixels that its last step left to compute
+    blank : pixels that its last motion left to compute
     carried : whether any of it was carried since it was last computed afresh
     """
 
@@ -73,7 +72,7 @@ class Track:
 
 @dataclass(frozen=True)
 class _Work:
-    """What every step needs: the setting, and the CGH method on a window with its account."""
+    """What every motion needs: the setting, and the CGH method on a window with its account."""
 
     slm: SLM
     wavelength: float
@@ -122,12 +121,12 @@ class _Work:
         return Track(field, thing.cloud, thing.ids)
 
     def advance(
-        self, track: Track, thing: ObjectFrame, step: Step, record: FrameRecord
+        self, track: Track, thing: ObjectFrame, motion: Motion, record: FrameRecord
     ) -> tuple[Track, dict[str, Any]]:
-        """The object one frame on, and what is to be said of it."""
+        """The object one frame on, and notes on it."""
         slm, passband = self.slm, self.coding.passband
         with record.stage("EC"):
-            after = moved(track.cloud, step)
+            after = moved(track.cloud, motion)
             both = None if track.ids is None or thing.ids is None else (track.ids, thing.ids)
             matching = match(
                 after, thing.cloud, self.rule, self.pixel_pitch, self.plane_spacing, both
@@ -141,9 +140,9 @@ class _Work:
                 shown = PointCloud.concatenate([after.select(~matching.wrong), added])
                 if track.ids is not None and thing.ids is not None:
                     ids = np.concatenate([track.ids[~matching.wrong], thing.ids[matching.missing]])
-        said = {"snr": float(ratio) if np.isfinite(ratio) else None, "corrected": bool(correct)}
-        cylinder, blank, inexact = track.cylinder, 0, track.carried or step is not None
-        if step is None:
+        notes = {"snr": float(ratio) if np.isfinite(ratio) else None, "corrected": bool(correct)}
+        cylinder, blank, inexact = track.cylinder, 0, track.carried or motion is not None
+        if motion is None:
             reused = Window.full(slm)
             field = track.field.copy() if correct else track.field
         else:
@@ -152,10 +151,10 @@ class _Work:
                 if not np.isfinite(middle).all():  # unlit points: any middle will do
                     middle = track.cloud.positions.mean(axis=0)
             carried, cylinder = carry(
-                track.field, middle, step, slm, self.wavelength, self.radius, record, cylinder
+                track.field, middle, motion, slm, self.wavelength, self.radius, record, cylinder
             )
             with record.stage("HC"):
-                reused = carried_window(track.cloud, after, step, slm, self.wavelength, passband)
+                reused = carried_window(track.cloud, after, motion, slm, self.wavelength, passband)
                 whole = extent(shown, slm, self.wavelength, passband)
                 reused = intersection(reused, whole)
                 field = np.zeros_like(carried)
@@ -171,7 +170,7 @@ class _Work:
             record.points_removed += len(removed)
             record.points_added += len(added)
             record.points_computed += len(removed) + len(added)
-        return Track(field, shown, ids, cylinder, blank, inexact), said
+        return Track(field, shown, ids, cylinder, blank, inexact), notes
 
 
 def frames(
@@ -243,7 +242,7 @@ def _frames(
     measure: Measure | None,
 ) -> Iterator[VideoFrame]:
     start = time.perf_counter()
-    steps = plan(scene)
+    motions = plan(scene)
     extraction = (time.perf_counter() - start) / len(numbers)
     tracks: dict[str, Track] = {}
     last_key = numbers[0]
@@ -253,18 +252,18 @@ def _frames(
         record.stage_seconds["PE"] = extraction
         due = rekey_every is not None and number - last_key >= rekey_every
         before = tracks
-        tracks, said, moving = {}, {}, []
+        tracks, notes, moving = {}, {}, []
         for thing in scene_frame.objects:
             name = thing.name
-            step = steps[name].get(number) if name in steps else None
+            motion = motions[name].get(number) if name in motions else None
             track = before.get(name)
             unseen = track is None or len(track.cloud) == 0 or len(thing.cloud) == 0
-            stale = track is not None and (track.carried or step is not None)
+            stale = track is not None and (track.carried or motion is not None)
             if track is None or unseen or (due and stale):
                 tracks[name] = work.key(thing, record)
             else:
-                tracks[name], said[name] = work.advance(track, thing, step, record)
-                if step is not None:
+                tracks[name], notes[name] = work.advance(track, thing, motion, record)
+                if motion is not None:
                     moving.append(name)
         field = _total(tracks, work)
         record.key = number == numbers[0] or due
@@ -279,15 +278,19 @@ def _frames(
                 field, record.key, moving = _total(tracks, work), True, []
                 _judge(record, field, again, scene_frame, measure)
             for name, error in errors.items():
-                said.setdefault(name, {})["error_reuse"] = error
+                notes.setdefault(name, {})["error_reuse"] = error
         if record.key:
             last_key = number
         blanks = [tracks[name].blank for name in moving]
         record.blank_share = sum(blanks) / (len(blanks) * field.size) if blanks else 0.0
         shown = _shown(tracks, scene_frame)
-        frame = VideoFrame(scene_frame, record, partial(_made, field), shown=shown)
+
+        def whole(field: NDArray[np.complex64] = field) -> NDArray[np.complex64]:
+            return field
+
+        frame = VideoFrame(scene_frame, record, whole, shown=shown)
         for entry in record.objects:
-            entry.update(said.get(entry["name"], {}))
+            entry.update(notes.get(entry["name"], {}))
         yield frame
 
 
@@ -298,10 +301,6 @@ def _too_wrong(record: FrameRecord, rekey_error: float | None, rekey_image: floa
     if rekey_image is None:
         return False
     return any(entry["psnr"] < rekey_image for entry in record.image.values())
-
-
-def _made(field: NDArray[np.complex64]) -> NDArray[np.complex64]:
-    return field
 
 
 def _total(tracks: dict[str, Track], work: _Work) -> NDArray[np.complex64]:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.compensation.ch_rmc_paper.carry import Rotation, Step, Translation
+from chrmc.compensation.ch_rmc_paper.carry import Motion, Rotation, Translation
 from chrmc.scene.motion import find_motion, position_noise
 from chrmc.scene.scene import ObjectFrame, Scene
 
@@ -11,8 +11,8 @@ PIXEL_SHARE = 0.05
 """Noise of a centroid of pixels, in scene pixels: quantisation, and other sides coming to view."""
 
 
-def plan(scene: Scene) -> dict[str, dict[int, Step]]:
-    """Object name to frame number to the step that leads there; no entry where unknown.
+def plan(scene: Scene) -> dict[str, dict[int, Motion]]:
+    """Object name to frame number to the motion that leads there; no entry where unknown.
 
     The whole scene is looked at, so that a clip or a resumed run finds the same arcs. An object's
     position is its pose's where that is known, else the centroid of its visible points.
@@ -25,7 +25,7 @@ def plan(scene: Scene) -> dict[str, dict[int, Step]]:
             places[thing.name][number - 1] = place(thing)
             known[thing.name] &= thing.pose is not None
     least = PIXEL_SHARE * scene.pixel_pitch
-    return {name: steps(path, 0.0 if known[name] else least) for name, path in places.items()}
+    return {name: motions(path, 0.0 if known[name] else least) for name, path in places.items()}
 
 
 def place(thing: ObjectFrame) -> NDArray[np.float64]:
@@ -35,11 +35,11 @@ def place(thing: ObjectFrame) -> NDArray[np.float64]:
     return thing.position if thing.pose is None else thing.pose.translation
 
 
-def steps(path: NDArray[np.float64], least_noise: float = 0.0) -> dict[int, Step]:
-    """Frame number to step, from (N, 3) positions of frames 1 … N and their noise, metres."""
+def motions(path: NDArray[np.float64], least_noise: float = 0.0) -> dict[int, Motion]:
+    """Frame number to motion, from (N, 3) positions of frames 1 … N and their noise, metres."""
     plane = path[:, [0, 2]]
     found = find_motion(plane, noise=max(least_noise, position_noise(plane)))
-    out: dict[int, Step] = {}
+    out: dict[int, Motion] = {}
     for number in range(2, len(path) + 1):
         segment = found.at(number)
         if segment is None:

@@ -29,7 +29,7 @@ Fields = dict[str, NDArray[np.complex64]]
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class Update:
     """What happens to one object's hologram between two frames.
 
     carried : its points after the move; correction : what is changed in them then
@@ -73,7 +73,7 @@ def frames(
     chain: Chain[Fields] = Chain({})
     for number in numbers:
         record = FrameRecord(number, key=not held)
-        steps = []
+        updates = []
         with record.stage("PE"):
             scene_frame = scene.frame(number)
             for thing in scene_frame.objects:
@@ -86,10 +86,10 @@ def frames(
                 blank = sum(window.size for window in strips(move, slm))
                 record.point_pixels += len(after) * blank
                 record.blank_share += blank / (slm.width * slm.height * len(scene_frame.objects))
-                steps.append(Step(thing.name, move, after.cloud, correction))
+                updates.append(Update(thing.name, move, after.cloud, correction))
         shown = PointCloud.concatenate(held[thing.name].cloud for thing in scene_frame.objects)
         make = chain.then(
-            partial(_update, steps=steps, computer=computer, record=record),
+            partial(_update, updates=updates, computer=computer, record=record),
             partial(_total, slm=slm),
             partial(computer.compute, shown, record, "HC"),
         )
@@ -117,22 +117,24 @@ def _vector(
     return to_pixels(columns * pitch, rows * pitch, slm)
 
 
-def _update(fields: Fields, steps: list[Step], computer: Computer, record: FrameRecord) -> Fields:
-    for step in steps:
-        field = fields.get(step.name)
+def _update(
+    fields: Fields, updates: list[Update], computer: Computer, record: FrameRecord
+) -> Fields:
+    for update in updates:
+        field = fields.get(update.name)
         if field is None:
             field = np.zeros(computer.slm.shape, dtype=np.complex64)
-        if step.move:
+        if update.move:
             with record.stage("RMC"):
                 still = field
                 field = np.zeros_like(still)
-                shift_into(field, still, step.move)
-            for window in strips(step.move, computer.slm):
-                field[window.slices] = computer.compute(step.carried, record, "HC", window)
-        if len(step.correction):
+                shift_into(field, still, update.move)
+            for window in strips(update.move, computer.slm):
+                field[window.slices] = computer.compute(update.carried, record, "HC", window)
+        if len(update.correction):
             stage = "HC" if record.key else "EC"
-            field += computer.compute(step.correction.signed, record, stage)
-        fields[step.name] = field
+            field += computer.compute(update.correction.signed, record, stage)
+        fields[update.name] = field
     return fields
 
 

@@ -217,14 +217,16 @@ def test_blas_has_its_threads_again_whatever_is_raised() -> None:
     def fails(number: int) -> int:
         if number == 5:
             raise KeyError(number)
-        return parallel.spread(lambda n: n * n, range(number))[-1] if number else 0
+        return parallel.in_parallel(lambda n: n * n, range(number))[-1] if number else 0
 
     with pytest.raises(KeyError):
-        parallel.spread(fails, range(40))
+        parallel.in_parallel(fails, range(40))
     assert blas_threads() == before
-    assert parallel.spread(lambda n: sum(parallel.spread(lambda m: m, range(n))), range(5)) == [
-        0, 0, 1, 3, 6,
-    ]  # fmt: skip
+
+    def below(n: int) -> int:
+        return sum(parallel.in_parallel(lambda m: m, range(n)))
+
+    assert parallel.in_parallel(below, range(5)) == [0, 0, 1, 3, 6]
     assert blas_threads() == before
 
 

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 import chrmc
 from chrmc.compensation.ch_rmc_paper.blank import difference, extent, intersection
 from chrmc.compensation.ch_rmc_paper.carry import (
+    Motion,
     Rotation,
-    Step,
     Translation,
     carried_window,
     carry,
@@ -35,25 +35,25 @@ def body(middle: tuple[float, float, float], seed: int = 0, count: int = 40) -> 
     return chrmc.PointCloud(positions, rng.uniform(0.3, 1, count), rng.uniform(0, 6.28, count))
 
 
-def step_of(
-    cloud: chrmc.PointCloud, step: Rotation | Translation, slm: SLM, passband: Passband
+def carried_by(
+    cloud: chrmc.PointCloud, motion: Rotation | Translation, slm: SLM, passband: Passband
 ) -> tuple[np.ndarray, np.ndarray, Window]:
     """Carried field, field of the moved points, and the window on which they should agree."""
     field = chrmc.compute_field(cloud, slm, WAVELENGTH, passband=passband, method="rt")
-    after = moved(cloud, step)
-    carried, _ = carry(field, cloud.centroid, step, slm, WAVELENGTH, RADIUS, FrameRecord(1))
+    after = moved(cloud, motion)
+    carried, _ = carry(field, cloud.centroid, motion, slm, WAVELENGTH, RADIUS, FrameRecord(1))
     truth = chrmc.compute_field(after, slm, WAVELENGTH, passband=passband, method="rt")
-    return carried, truth, carried_window(cloud, after, step, slm, WAVELENGTH, passband)
+    return carried, truth, carried_window(cloud, after, motion, slm, WAVELENGTH, passband)
 
 
 @pytest.mark.parametrize("sign", [-1, 1])
 @pytest.mark.parametrize("coding", ["real", "ssb"])
 def test_about_its_own_centre(sign: int, coding: str) -> None:
     cloud = body((1e-4, -5e-5, DEPTH))
-    step = Rotation((1e-4, DEPTH), sign * 2e-3)
+    motion = Rotation((1e-4, DEPTH), sign * 2e-3)
     passband = coding_for(coding, PANEL).passband
-    carried, truth, window = step_of(cloud, step, PANEL, passband)
-    lost = abs(DEPTH * step.angle) / PANEL.pixel_pitch
+    carried, truth, window = carried_by(cloud, motion, PANEL, passband)
+    lost = abs(DEPTH * motion.angle) / PANEL.pixel_pitch
     assert window.shape == (240, pytest.approx(480 - lost, abs=8))
     assert (window.column0 > 0) == (sign < 0)
     assert relative_error(carried[window.slices], truth[window.slices]) < 0.03
@@ -74,15 +74,17 @@ def test_on_an_arc(
     middle: tuple[float, float, float], centre: tuple[float, float], angle: float
 ) -> None:
     passband = coding_for("real", PANEL).passband
-    carried, truth, window = step_of(body(middle), Rotation(centre, angle), PANEL, passband)
+    carried, truth, window = carried_by(body(middle), Rotation(centre, angle), PANEL, passband)
     assert relative_error(carried[window.slices], truth[window.slices]) < 0.05
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(0, 10), (-7, 0), (12, -5), (1, 1)])
 def test_translation_by_whole_pixels_is_exact_to_the_edge(columns: int, rows: int) -> None:
     passband = coding_for("real", PANEL).passband
-    step = Translation((columns * PANEL.pixel_pitch, rows * PANEL.pixel_pitch, 0.0))
-    carried, truth, window = step_of(body((0.0, 0.0, DEPTH), 0, count=10), step, PANEL, passband)
+    motion = Translation((columns * PANEL.pixel_pitch, rows * PANEL.pixel_pitch, 0.0))
+    carried, truth, window = carried_by(
+        body((0.0, 0.0, DEPTH), 0, count=10), motion, PANEL, passband
+    )
     assert relative_error(carried[window.slices], truth[window.slices]) < 2e-6
 
 
@@ -90,8 +92,10 @@ def test_translation_by_whole_pixels_is_exact_to_the_edge(columns: int, rows: in
 @settings(max_examples=8, deadline=None)
 def test_translation_is_exact(x: float, y: float, z: float, seed: int) -> None:
     passband = coding_for("real", PANEL).passband
-    step = Translation((x, y, z))
-    carried, truth, window = step_of(body((0.0, 0.0, DEPTH), seed, count=10), step, PANEL, passband)
+    motion = Translation((x, y, z))
+    carried, truth, window = carried_by(
+        body((0.0, 0.0, DEPTH), seed, count=10), motion, PANEL, passband
+    )
     assert window.size > 0.5 * PANEL.width * PANEL.height
     # The panel's own edges ring when the object moves in depth or by a fraction of a pixel.
     inner = intersection(window, Window(30, 210, 60, 420))
@@ -121,11 +125,11 @@ def test_the_object_moves_where_the_rotation_takes_it() -> None:
     point = chrmc.PointCloud(
         np.array([[-60.5 * 8.1e-6, 10.5 * 8.1e-6, 0.06]]), np.ones(1), np.ones(1)
     )
-    step = Rotation((0.0, 0.08), 0.02)
+    motion = Rotation((0.0, 0.08), 0.02)
     passband = coding_for("real", slm).passband
     field = chrmc.compute_field(point, slm, WAVELENGTH, passband=passband, method="rt")
-    carried, _ = carry(field, point.centroid, step, slm, WAVELENGTH, 0.04, FrameRecord(1))
-    after = moved(point, step).positions[0]
+    carried, _ = carry(field, point.centroid, motion, slm, WAVELENGTH, 0.04, FrameRecord(1))
+    after = moved(point, motion).positions[0]
     assert after[0] < point.positions[0, 0]  # a positive angle carries the front towards −x
     image = np.abs(propagate(carried, slm.pixel_pitch, WAVELENGTH, -after[2])) ** 2
     row, column = np.unravel_index(np.argmax(image), image.shape)
@@ -151,7 +155,7 @@ def test_difference_and_intersection_share_out_a_window(whole: Window, part: Win
     np.testing.assert_array_equal(count, expected)
 
 
-steps = st.one_of(
+motions = st.one_of(
     st.builds(
         lambda x, dz, angle: Rotation((x, DEPTH + dz), angle),
         st.floats(-2e-3, 2e-3), st.floats(-0.02, 0.05), st.floats(-0.01, 0.01),
@@ -164,16 +168,16 @@ steps = st.one_of(
 )  # fmt: skip
 
 
-@given(steps, st.floats(-6e-3, 6e-3), st.sampled_from(["real", "ssb"]), st.integers(0, 9))
+@given(motions, st.floats(-6e-3, 6e-3), st.sampled_from(["real", "ssb"]), st.integers(0, 9))
 @settings(max_examples=60, deadline=None)
 def test_reused_and_filled_cover_the_footprint_once(
-    step: Step, x: float, coding: str, seed: int
+    motion: Motion, x: float, coding: str, seed: int
 ) -> None:
     slm = SLM("long", 1600, 60, 8.1e-6)
     passband = coding_for(coding, slm).passband
     before = body((x, 0.0, DEPTH), seed, count=6)
-    after = moved(before, step)
-    reused = carried_window(before, after, step, slm, WAVELENGTH, passband)
+    after = moved(before, motion)
+    reused = carried_window(before, after, motion, slm, WAVELENGTH, passband)
     whole = extent(after, slm, WAVELENGTH, passband)
     count = np.zeros(slm.shape, dtype=int)
     count[intersection(reused, whole).slices] += 1
@@ -187,10 +191,10 @@ def test_reused_and_filled_cover_the_footprint_once(
         lit |= (taper(slm.y() - yj, half_y)[:, None] * taper(slm.x() - xj, half_x)) > 0
     assert count.max(initial=0) <= 1
     assert np.all(count[lit] == 1)
-    if isinstance(step, Rotation) and reused.size:
+    if isinstance(motion, Rotation) and reused.size:
         # Reused columns: on the panel before, and inside the flat part of every footprint.
         x_now = slm.x(reused.columns)
-        x_then = x_now + step.centre[1] * np.tan(step.angle)
+        x_then = x_now + motion.centre[1] * np.tan(motion.angle)
         assert np.abs(x_then).max() <= slm.x()[-1]
         for now, then in zip(after.positions, before.positions, strict=True):
             tangent = reach(WAVELENGTH, passband.fx_max)

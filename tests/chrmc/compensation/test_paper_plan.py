@@ -1,4 +1,4 @@
-"""Parameter extraction: the steps that objects take, from exact and from quantised positions."""
+"""Parameter extraction: the motions that objects take, from exact and from quantised positions."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pytest
 
 import chrmc
 from chrmc.compensation.ch_rmc_paper.carry import Rotation, Translation, moved
-from chrmc.compensation.ch_rmc_paper.plan import place, plan, steps
+from chrmc.compensation.ch_rmc_paper.plan import motions, place, plan
 from chrmc.scene.car_house import ARCS, STEP
 from chrmc.scene.path import arc_path
 from chrmc.scene.scene import ObjectFrame, Pose, SceneFrame
@@ -28,25 +28,25 @@ def test_every_kind_of_step_is_found_again() -> None:
     line = Translation((5e-5, 0.0, -3e-5))
     rise = Translation((0.0, 4e-5, 0.0))
     moves = [arc] * 8 + [None] * 3 + [back] * 8 + [line] * 6 + [None] * 2 + [rise] * 4
-    found = steps(track(*moves))
+    found = motions(track(*moves))
     assert sorted(found) == list(range(2, len(moves) + 2))
     for number, move in enumerate(moves, 2):
-        step = found[number]
+        motion = found[number]
         if move is None:
-            assert step is None
+            assert motion is None
         elif isinstance(move, Rotation):
-            assert isinstance(step, Rotation)
-            np.testing.assert_allclose(step.centre, move.centre, atol=1e-8)
-            assert step.angle == pytest.approx(move.angle, rel=1e-5)
+            assert isinstance(motion, Rotation)
+            np.testing.assert_allclose(motion.centre, move.centre, atol=1e-8)
+            assert motion.angle == pytest.approx(move.angle, rel=1e-5)
         else:
-            assert isinstance(step, Translation)
-            np.testing.assert_allclose(step.by, move.by, atol=1e-12)
+            assert isinstance(motion, Translation)
+            np.testing.assert_allclose(motion.by, move.by, atol=1e-12)
 
 
 def test_gaps_have_no_step() -> None:
     path = track(*[Rotation((-2e-3, 0.266), 4e-3)] * 9)
     path[4] = np.nan
-    found = steps(path)
+    found = motions(path)
     assert 5 not in found and 6 not in found
     assert isinstance(found[3], Rotation) and isinstance(found[9], Rotation)
 
