@@ -49,7 +49,7 @@ def write_pixels(
         if not (written and closed):
             raise OSError(f"{path}: {_line(out.geterror())}")
         # The EXR writer says nothing of a disk that is full when the file is closed.
-        if path.suffix == ".exr" and not _whole(partial):
+        if path.suffix.lower() == ".exr" and not _whole(partial):
             raise OSError(f"{path}: could not be written whole; is the disk full?")
 
 

@@ -24,7 +24,7 @@ from typing import Any
 from chrmc.cgh import method_named
 from chrmc.compensation import compensation_named
 from chrmc.files import NO_SPACE, replacing, still_there, sweep
-from chrmc.generation.make import groups_of, make_group, same_arithmetic
+from chrmc.generation.make import groups_of, make_group
 from chrmc.generation.recipe import Recipe
 from chrmc.python_file import MODULE_PREFIX, is_python_name
 from chrmc.ranges import Count
@@ -122,9 +122,8 @@ def _make(
     recipe, options = _loaded(folder, digest)
     made = make_group(recipe, Path(folder), scale, group, wanted, suffix, options)
     try:
-        with same_arithmetic():
-            for _ in made:
-                pass
+        for _ in made:
+            pass
     except OSError as error:
         # The writer of pictures tells no number.
         frame = recipe.slm.width * recipe.slm.height

@@ -1,7 +1,7 @@
 """The making of a stored hologram video, group by group."""
 
 from collections.abc import Collection, Generator, Iterator
-from contextlib import AbstractContextManager, closing, suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,7 @@ from chrmc.store.video import (
     replace_video,
 )
 from chrmc.survey import Survey, spot_check, survey
+from chrmc.threads import ONE_BLAS_THREAD
 
 REPLACEMENT = ".replacement"
 """Folder in which a video that replaces another is made; it takes its place when it stands."""
@@ -173,24 +174,10 @@ def _frames_of_groups(
 ) -> Generator[int, None, None]:
     options = method_named(recipe.cgh).with_cache(recipe.options)
     scale = writer.description["scale"]
-    with same_arithmetic():
-        for group, wanted in groups_of(recipe, missing):
-            yield from make_group(
-                recipe, writer.folder, scale, group, wanted, writer.suffix, options
-            )
-            if writer.due:
-                writer.collect()
-
-
-def same_arithmetic() -> AbstractContextManager[Any]:
-    """BLAS at one thread: how it cuts a product into threads changes the last bits of the sums.
-
-    Methods spread their work over the cores themselves, in pieces that do not depend on how many.
-    """
-    from threadpoolctl import threadpool_limits
-
-    limits: AbstractContextManager[Any] = threadpool_limits(limits=1, user_api="blas")
-    return limits
+    for group, wanted in groups_of(recipe, missing):
+        yield from make_group(recipe, writer.folder, scale, group, wanted, writer.suffix, options)
+        if writer.due:
+            writer.collect()
 
 
 def groups_of(recipe: Recipe, missing: list[int]) -> list[tuple[range, set[int]]]:
@@ -219,17 +206,20 @@ def make_group(
     writer = GroupWriter(folder, group.start, suffix)
     last = max(wanted)
     try:
-        for frame in recipe.video(group[0], group[-1], **options):
-            if frame.number in wanted:
-                levels = grey_levels(frame, recipe, scale)
-                frame.record.error_reference = measured_error(frame, recipe)
-                if frame.record.error_reference is not None:
-                    frame.record.error_pixels = recipe.check_pixels
-                with_boxes(frame, recipe)
-                writer.add(frame.record, levels)
-                yield frame.number
-            if frame.number >= last:
-                return
+        # How BLAS cuts a product into threads changes the last bits of its sums. Methods spread
+        # their work over the cores themselves, in pieces that do not depend on how many.
+        with ONE_BLAS_THREAD:
+            for frame in recipe.video(group[0], group[-1], **options):
+                if frame.number in wanted:
+                    levels = grey_levels(frame, recipe, scale)
+                    frame.record.error_reference = measured_error(frame, recipe)
+                    if frame.record.error_reference is not None:
+                        frame.record.error_pixels = recipe.check_pixels
+                    with_boxes(frame, recipe)
+                    writer.add(frame.record, levels)
+                    yield frame.number
+                if frame.number >= last:
+                    return
     finally:
         writer.save()
 

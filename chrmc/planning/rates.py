@@ -18,11 +18,11 @@ from pathlib import Path
 
 import numpy as np
 import scipy.fft
-from threadpoolctl import threadpool_info, threadpool_limits
+from threadpoolctl import threadpool_info
 
 from chrmc.cgh.counts import KINDS, OperationCounts
 from chrmc.files import replacing
-from chrmc.threads import workers
+from chrmc.threads import ONE_BLAS_THREAD, workers
 
 SECONDS, BRIEF = 8.0, 0.8
 """Time that `calibrate` takes, about, and that the first plan on a machine takes for it."""
@@ -118,7 +118,7 @@ def calibrate(seconds: float = SECONDS) -> Rates:
     threads = workers()
     share = seconds / (2 * len(KERNELS))
     alone, together = {}, {}
-    with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(threads) as pool:
+    with ONE_BLAS_THREAD, ThreadPoolExecutor(threads) as pool:
         for kind, make in KERNELS.items():
             jobs = [make() for _ in range(threads)]
             alone[kind] = _rate(jobs[0], share)

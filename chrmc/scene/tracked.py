@@ -6,6 +6,7 @@ again; any other lit pixel is a new point of the body. So a folder of pictures b
 points, exact from their first sight on, and motion compensation has something to compensate.
 """
 
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import product
@@ -26,12 +27,15 @@ BRIGHTNESS = 0.05
 
 @dataclass
 class _Body:
-    """An object's points so far, in body coordinates, and which of them each frame shows."""
+    """An object's points so far, in body coordinates, and which of them each frame shows.
+
+    shown : a mask for each frame, over the points that were known by then, see `_packed`
+    """
 
     positions: list[NDArray[np.float64]] = field(default_factory=list)
     amplitude: list[NDArray[np.float64]] = field(default_factory=list)
     colour: list[NDArray[np.float64]] = field(default_factory=list)
-    shown: list[NDArray[np.intp]] = field(default_factory=list)
+    shown: list[bytes] = field(default_factory=list)
 
     def cloud(self, phases: np.random.Generator) -> PointCloud:
         if not self.positions:
@@ -56,8 +60,9 @@ class _Body:
         self.amplitude.append(cloud.amplitude[fresh])
         colour = np.ones((len(cloud), 3)) if cloud.colour is None else cloud.colour
         self.colour.append(colour[fresh])
-        new = np.arange(len(known), len(known) + len(added))
-        self.shown.append(np.concatenate([np.sort(point), new]))
+        mask = np.zeros(len(known) + len(added), dtype=bool)
+        mask[point] = mask[len(known) :] = True
+        self.shown.append(_packed(mask))
 
 
 def _seen_again(
@@ -153,13 +158,20 @@ def tracked(scene: RGBDScene) -> PointScene | None:
     )
 
 
-def _masks(shown: list[NDArray[np.intp]], count: int) -> Callable[[int], NDArray[np.bool_]]:
-    """Which points a frame shows, as `PointScene` asks for it."""
+def _packed(mask: NDArray[np.bool_]) -> bytes:
+    """A mask in less than a bit a point: of a body's points neighbours are seen together."""
+    return zlib.compress(np.packbits(mask).tobytes(), 1)
+
+
+def _masks(shown: Sequence[bytes], count: int) -> Callable[[int], NDArray[np.bool_]]:
+    """Which of `count` points a frame shows, as `PointScene` asks for it."""
 
     def mask(number: int) -> NDArray[np.bool_]:
-        made = np.zeros(count, dtype=bool)
-        made[shown[number - 1]] = True
-        return made
+        made = np.zeros(count, dtype=np.uint8)
+        bits = np.frombuffer(zlib.decompress(shown[number - 1]), dtype=np.uint8)
+        known = np.unpackbits(bits, count=min(count, 8 * len(bits)))
+        made[: len(known)] = known
+        return made.view(bool)
 
     return mask
 

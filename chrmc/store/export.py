@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.files import replacing
+from chrmc.pictures import write_pixels
 from chrmc.ranges import WAVELENGTH_RANGE
 from chrmc.slm import SLM
 
@@ -41,32 +42,21 @@ def export_field(
     write = writers.get(target.suffix.lower())
     if write is None:
         raise ValueError(f"{target}: a field is written as .npy, .exr, .h5 or .hdf5")
-    with replacing(target) as partial:
-        write(array, partial, notes)
+    write(array, target, notes)
     return target
 
 
 def _npy(field: NDArray[Any], path: Path, notes: dict[str, float]) -> None:
-    with path.open("wb") as file:
+    with replacing(path) as partial, partial.open("wb") as file:
         np.save(file, field)
 
 
 def _exr(field: NDArray[Any], path: Path, notes: dict[str, float]) -> None:
-    import OpenImageIO as oiio
-
-    spec = oiio.ImageSpec(field.shape[1], field.shape[0], 2, "float")
-    spec.channelnames = ("real", "imag")
-    spec.attribute("compression", "zip")
-    for name, value in notes.items():
-        spec.attribute(name, f"{value!r}")  # as text: numbers would be cut to single precision
-    out = oiio.ImageOutput.create(str(path))
-    if out is None or not out.open(str(path), spec):
-        raise OSError(f"{path}: {oiio.geterror() if out is None else out.geterror()}")
     pixels = np.stack([field.real, field.imag], axis=-1).astype(np.float32)
-    written = out.write_image(np.ascontiguousarray(pixels))
-    closed = out.close()
-    if not (written and closed):
-        raise OSError(f"{path}: {out.geterror()}")
+    # As text: numbers would be cut to single precision.
+    attributes = {name: repr(value) for name, value in notes.items()}
+    attributes["compression"] = "zip"
+    write_pixels(path, pixels, "float", ("real", "imag"), attributes=attributes)
 
 
 def _hdf5(field: NDArray[Any], path: Path, notes: dict[str, float]) -> None:
@@ -74,6 +64,6 @@ def _hdf5(field: NDArray[Any], path: Path, notes: dict[str, float]) -> None:
         import h5py
     except ImportError:
         raise ImportError(f"{path.suffix} files need h5py: pip install h5py") from None
-    with h5py.File(path, "w") as file:
+    with replacing(path) as partial, h5py.File(partial, "w") as file:
         data = file.create_dataset("field", data=field)
         data.attrs.update(notes)

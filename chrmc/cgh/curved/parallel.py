@@ -11,9 +11,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from functools import wraps
 from typing import Any, TypeVar, cast
 
-from threadpoolctl import ThreadpoolController
-
-from chrmc.threads import workers
+from chrmc.threads import ONE_BLAS_THREAD, workers
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -22,31 +20,6 @@ F = TypeVar("F", bound=Callable[..., Any])
 _MANY = 4  # tasks for each core, from which a task's own need no other core
 
 
-class _OneBlasThread:
-    """BLAS at one thread while anybody asks for it; what it used before comes back after."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._askers = 0
-        self._limit: Any = None
-        self._controller: ThreadpoolController | None = None
-
-    def __enter__(self) -> None:
-        with self._lock:
-            if self._askers == 0:
-                self._controller = self._controller or ThreadpoolController()
-                self._limit = self._controller.limit(limits=1, user_api="blas")
-            self._askers += 1
-
-    def __exit__(self, *_: object) -> None:
-        with self._lock:
-            self._askers -= 1
-            if self._askers == 0:
-                self._limit.restore_original_limits()
-
-
-# One for the process: BLAS's threads are the process's, whoever asks.
-ONE_BLAS_THREAD = _OneBlasThread()
 _helpers = ThreadPoolExecutor(max(1, workers() - 1), thread_name_prefix="chrmc")
 _this = threading.local()
 

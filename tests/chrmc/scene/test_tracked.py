@@ -1,5 +1,6 @@
 """Points followed through RGB-D frames by ids and poses: the same bodies as were drawn."""
 
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,16 +24,16 @@ def turned(angle: float, x: float, z: float) -> Pose:
     return Pose(np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]), np.array([x, 0, z]))
 
 
-def drawn(poses: list[Pose], planes: DepthPlanes | None = None) -> RGBDScene:
+def drawn(poses: list[Pose], planes: DepthPlanes | None = None, side: int = 9) -> RGBDScene:
     """A plate of points two pixels apart, and pictures of it with the poses told."""
-    steps = (np.arange(9) - 4) * 2 * PITCH
+    steps = (np.arange(side) - side // 2) * 2 * PITCH
     x, y = (grid.ravel() for grid in np.meshgrid(steps, steps))
     rng = np.random.default_rng(3)
     cloud = PointCloud(
         np.stack([x, y, np.zeros_like(x)], axis=1), rng.uniform(0.5, 1, len(x)), np.zeros(len(x))
     )
     points = PointScene("plate", {"plate": cloud}, {"plate": poses})
-    pictures = rasterised(points, (60, 80), planes)
+    pictures = rasterised(points, (6 * side + 6, 8 * side + 8), planes)
     return replace(pictures, poses={"plate": poses})
 
 
@@ -67,6 +68,19 @@ def test_a_point_s_phase_and_light_stay_its_own() -> None:
     again = tracked(told)
     assert again is not None
     assert np.array_equal(again.frame(6).cloud.phase, scene.frame(6).cloud.phase)
+
+
+def test_a_long_folder_takes_less_than_a_bit_for_each_point_and_frame() -> None:
+    told = drawn([turned(0.0, 1e-6 * k, 0.25) for k in range(40)], side=31)
+    held = []
+    for count in (8, 40):
+        poses = {"plate": told.poses["plate"][:count]}
+        tracemalloc.start()
+        scene = tracked(replace(told, frame_count=count, poses=poses))
+        held.append(tracemalloc.get_traced_memory()[0])
+        tracemalloc.stop()
+        assert scene is not None and len(scene.frame(count).cloud) == 31 * 31
+    assert (held[1] - held[0]) / 32 < 31 * 31 / 8
 
 
 def test_what_changes_its_light_or_depth_is_a_new_point() -> None:
