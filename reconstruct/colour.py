@@ -1,15 +1,21 @@
-"""Reconstructions in the light of several lasers as one colour picture."""
+"""Reconstructions in the light of one laser, or of several as one colour picture.
 
-from collections.abc import Sequence
+Pictures are (H, W, lasers) intensities; a video in one colour is one of a single laser.
+"""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chrmc.colour import mixed, srgb_levels
+from chrmc.colour import LUMINANCE, mixed, primaries, srgb_levels
 from chrmc.store.colour import ColourVideo
+from chrmc.store.video import Video
 from reconstruct.bench import Bench
-from reconstruct.four_f_system import FourF
-from reconstruct.images import exposure
+from reconstruct.four_f_system import FourF, intensity
+from reconstruct.images import exposure, to_grey, write_colour, write_image
 from reconstruct.sequence import composite, system_of
 
 BRIGHTEST = 0.995
@@ -41,12 +47,12 @@ def colour_picture(
     return srgb_levels(mixed(powers / white, wavelengths))
 
 
-def colour_systems(video: ColourVideo, bench: Bench | None = None) -> list[FourF]:
+def colour_systems(video: Video | ColourVideo, bench: Bench | None = None) -> list[FourF]:
     """The 4-f system of each laser of a stored video."""
     return [system_of(channel, bench) for channel in video.channels]
 
 
-def balanced(video: ColourVideo, images: Sequence[ArrayLike]) -> NDArray[np.float32]:
+def balanced(video: Video | ColourVideo, images: Sequence[ArrayLike]) -> NDArray[np.float32]:
     """(H, W, lasers) intensities in which equal ones are white, in the first laser's unit.
 
     images : (H, W) intensity of each laser, as its system in `colour_systems` gives it
@@ -58,7 +64,7 @@ def balanced(video: ColourVideo, images: Sequence[ArrayLike]) -> NDArray[np.floa
 
 
 def colour_image(
-    video: ColourVideo,
+    video: Video | ColourVideo,
     number: int,
     depth: float | None,
     systems: Sequence[FourF] | None = None,
@@ -81,14 +87,35 @@ def colour_image(
     return balanced(video, images)
 
 
+def colour_stack(
+    video: Video | ColourVideo,
+    depths: Sequence[float],
+    systems: Sequence[FourF],
+    levels: Sequence[NDArray[np.uint8]],
+) -> Iterator[NDArray[np.float32]]:
+    """(H, W, lasers) balanced intensities at one depth after the other, of each laser's levels."""
+    fields = [system.field(frame) for system, frame in zip(systems, levels, strict=True)]
+    for depth in depths:
+        yield balanced(
+            video,
+            [intensity(s.at(f, float(depth))) for s, f in zip(systems, fields, strict=True)],
+        )
+
+
 def colour_levels(
-    image: NDArray[np.floating], video: ColourVideo, white: float | None = None
+    image: NDArray[np.floating],
+    video: Video | ColourVideo,
+    white: float | None = None,
+    gamma: float = 2.2,
 ) -> NDArray[np.uint8]:
-    """(H, W, 3) sRGB of balanced intensities.
+    """(H, W, 3) sRGB of balanced intensities; (H, W) grey levels of one laser's.
 
     white : intensity drawn as white, default `colour_exposure`; give one for all frames of a film
+    gamma : of the display, for grey levels; sRGB has its own curve
     """
     top = colour_exposure(image) if white is None else white
+    if image.shape[-1] == 1:
+        return to_grey(image[..., 0], top, gamma)
     lasers = [image[..., k] for k in range(image.shape[-1])]
     return colour_picture(lasers, video.wavelengths, top or 1.0)
 
@@ -96,3 +123,43 @@ def colour_levels(
 def colour_exposure(image: NDArray[np.floating]) -> float:
     """Intensity to show as white: that of the laser that needs most, see `images.exposure`."""
     return max(exposure(image[..., k]) for k in range(image.shape[-1]))
+
+
+def luminance(
+    image: NDArray[np.floating], wavelengths: Sequence[float]
+) -> NDArray[np.floating[Any]]:
+    """(…) how bright balanced intensities (…, lasers) are to an eye; of one laser, themselves."""
+    if len(wavelengths) == 1:
+        return image[..., 0]
+    return image @ (LUMINANCE @ primaries(wavelengths)).astype(image.dtype)
+
+
+def write_picture(
+    path: Path,
+    image: NDArray[np.floating],
+    video: Video | ColourVideo,
+    note: dict[str, Any],
+    white: float | None = None,
+    gamma: float = 2.2,
+) -> None:
+    """Write balanced intensities (H, W, lasers) by the suffix: a PNG for the eye, or an EXR of
+    intensities, of several lasers in linear sRGB; with the frame's metadata.
+
+    note : metadata of this picture; white, gamma : as in `colour_levels`
+    """
+    lasers = video.wavelengths
+    note = note | {
+        "pixel_pitch": video.slm.pixel_pitch,
+        "encoding": video.channels[0].encoding,
+        "scene": video.scene.get("name"),
+    }
+    if len(lasers) == 1:
+        note["wavelength"] = lasers[0]
+        write_image(path, image[..., 0], note, white, gamma)
+        return
+    top = white or colour_exposure(image) or 1.0
+    note |= {"wavelengths": list(lasers), "full_scale": top}
+    if path.suffix.lower() == ".exr":
+        write_colour(path, mixed(image, lasers).astype(np.float32), note)
+    else:
+        write_colour(path, colour_levels(image, video, top), note)

@@ -213,10 +213,21 @@ def all_in_focus(
     middle = float(stack.depths.mean())
     around = gaussian_filter(weight, window)
     depth = middle + gaussian_filter(weight * (sharpest - middle), window) / around
-    index = np.clip(np.searchsorted(stack.depths, depth), 1, len(stack.depths) - 1)
-    if len(stack.depths) == 1:
-        index = np.zeros(shape, dtype=np.intp)
+    return at_depths(stack.depths, stack.intensity, depth), depth
+
+
+def at_depths(
+    depths: NDArray[np.float64], planes: NDArray[np.float32], wanted: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """(h, w, …) of each pixel the plane whose depth is nearest to the one wanted there.
+
+    depths : (D,) ascending; planes : (D, h, w, …) at them; wanted : (h, w)
+    """
+    index = np.clip(np.searchsorted(depths, wanted), 1, len(depths) - 1)
+    if len(depths) == 1:
+        index = np.zeros(wanted.shape, dtype=np.intp)
     else:
-        index -= depth - stack.depths[index - 1] < stack.depths[index] - depth
-    image = np.take_along_axis(stack.intensity, index[None], axis=0)[0]
-    return image, depth
+        index -= wanted - depths[index - 1] < depths[index] - wanted
+    place = index.reshape(1, *wanted.shape, *(1,) * (planes.ndim - 3))
+    image: NDArray[np.float32] = np.take_along_axis(planes, place, axis=0)[0]
+    return image

@@ -95,6 +95,16 @@ class Video:
         return float(self.scene["pixel_pitch"])
 
     @property
+    def channels(self) -> "tuple[Video, ...]":
+        """The video of each laser, as a video in colours has them: itself."""
+        return (self,)
+
+    @property
+    def wavelengths(self) -> tuple[float, ...]:
+        """Of the lasers, metres: of its one."""
+        return (self.wavelength,)
+
+    @property
     def numbers(self) -> list[int]:
         """Frame numbers that are there."""
         return [int(f["number"]) for f in self.frames]

@@ -10,6 +10,7 @@ from PIL import Image
 import chrmc
 import reconstruct
 from chrmc.cli.main import main
+from chrmc.colour import mixed
 from chrmc.optics.footprint import expected_power
 from reconstruct.colour import balanced, colour_image, colour_systems
 from reconstruct.colour_likeness import delta_e
@@ -193,9 +194,6 @@ def test_pictures_and_movies_on_the_command_line(
     assert len(list((tmp_path / "f").iterdir())) == 2
     assert run("check", folder, "--frames", 1) == 0
     assert "450 nm" in capsys.readouterr().out
-    stack = ("--frame", 1, "--depths", "19mm:21mm:3", "--out", tmp_path / "s")
-    assert run("reconstruct", folder, *stack) == 2
-    assert "532nm" in capsys.readouterr().err
     counts = ("--frame", 1, "--depth", "20mm", "--camera", "16.2um:12", "--out", tmp_path / "c.png")
     assert run("reconstruct", folder, *counts) == 0
     red, green, blue = (
@@ -206,6 +204,42 @@ def test_pictures_and_movies_on_the_command_line(
     left, right = np.s_[30:50, 39:57], np.s_[30:50, 63:81]  # reddish and white
     assert red[left].mean() > 1.3 * blue[left].mean()
     assert np.ptp([c[right].mean() for c in (red, green, blue)]) < 0.3 * green[right].mean()
+
+
+def test_a_focal_stack_in_colour(video: chrmc.ColourVideo, tmp_path: Path) -> None:
+    """One white for all depths and lasers; sharp where the fields are, in their colours."""
+    from chrmc.cli.reconstruct import command
+    from reconstruct.images import read_image
+
+    out = tmp_path / "stack"
+    words = [str(video.folder), "--frame", "1", "--depths", "19.4mm:20.6mm:7", "--out", str(out)]
+    words += ["--format", "exr", "--preview", str(tmp_path / "stack.gif")]
+    assert command.main(words, standalone_mode=False) == 0
+    with Image.open(tmp_path / "stack.gif") as preview:
+        assert preview.n_frames == 7
+        assert np.ptp(np.asarray(preview.convert("RGB")).astype(int), axis=2).max() > 60
+    shown = [read_colour(out / f"depth_{z:08.3f}mm.exr") for z in (19.4, 20.0)]
+    assert shown[0].sum() == pytest.approx(shown[1].sum(), rel=0.1)
+    truth = mixed(colour_image(video, 1, 0.02), LASERS)
+    assert np.allclose(shown[1], truth, atol=1e-4 * truth.max())
+    depth, _ = read_image(out / "depth_map.exr")
+    sharp = read_colour(out / "all_in_focus.exr")
+    for x, colour in ((-2e-4, [1, 0.5, 0.5]), (2e-4, [1, 1, 1])):
+        column = round(x / PANEL.pixel_pitch + (PANEL.width - 1) / 2)
+        part = np.s_[65:96, column - 15 : column + 16]
+        assert np.median(depth[part]) == pytest.approx(0.02, abs=2e-4)
+        light = sharp[part].mean((0, 1))
+        assert light / light.max() == pytest.approx(colour, abs=0.25)
+
+
+def read_colour(path: Path) -> np.ndarray:
+    """(H, W, 3) of an EXR."""
+    import OpenImageIO
+
+    source = OpenImageIO.ImageInput.open(str(path))
+    pixels = source.read_image("float")
+    source.close()
+    return np.asarray(pixels)
 
 
 def test_a_panorama_in_colour(video: chrmc.ColourVideo, tmp_path: Path) -> None:
