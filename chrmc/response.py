@@ -19,9 +19,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chrmc.response_map import STEPS, tile_levels, tile_tables, tiles
-from chrmc.response_table import read_table, read_tilt, to_both_ends
+from chrmc.response_table import read_table, read_tilt, read_wavelength, to_both_ends
 
 LEVELS = 256
+FAR = 0.05
+"""Share that a laser's wavelength may differ by from that of a response."""
 _STEPS = 1 << 16  # of the backward table: finer than a grey step by 256, so nearest to 0.2 %
 
 
@@ -33,6 +35,7 @@ class GreyResponse:
     name : what manifests and messages call it
     tilt : (256, 2 or 5) how the intensity varies over the panel, see `chrmc.response_map`, in units
         of the square of `levels`; None where it is the same everywhere
+    wavelength : metres, of the laser it was measured with; None where that is not known
 
     Raises ValueError when the levels are not 256 finite numbers, all alike, or not monotone.
     """
@@ -40,6 +43,7 @@ class GreyResponse:
     levels: NDArray[np.complex128] = field(repr=False)
     name: str = "linear"
     tilt: NDArray[np.float64] | None = field(default=None, repr=False)
+    wavelength: float | None = None
 
     def __post_init__(self) -> None:
         levels = np.array(self.levels, dtype=np.complex128)
@@ -135,12 +139,12 @@ class GreyResponse:
         grey, values = to_both_ends(grey, values, LEVELS - 1)
         name = Path(path).name
         found = cls.from_table(grey, values, f"{name}, smoothed by {moved:.1%}" if moved else name)
-        map_ = read_tilt(path)
-        if map_ is None:
-            return found
-        every, peak = np.arange(LEVELS), float(np.abs(values).max())
-        tilt = np.stack([np.interp(every, map_[0], term) for term in map_[1].T], axis=1)
-        return cls(found.levels, found.name, tilt / peak**2)
+        map_, tilt = read_tilt(path), None
+        if map_ is not None:
+            every, peak = np.arange(LEVELS), float(np.abs(values).max())
+            tilt = np.stack([np.interp(every, map_[0], term) for term in map_[1].T], axis=1)
+            tilt /= peak**2
+        return cls(found.levels, found.name, tilt, read_wavelength(path))
 
     @classmethod
     def parse(cls, text: str | None) -> "GreyResponse":
@@ -159,8 +163,13 @@ class GreyResponse:
         """For a manifest: the name, and the levels as [real, imaginary] unless linear."""
         if self.is_linear:
             return {"name": "linear"}
-        told = {"name": self.name, "levels": [[v.real, v.imag] for v in self.levels.tolist()]}
-        return told if self.tilt is None else told | {"tilt": self.tilt.tolist()}
+        told: dict[str, Any] = {
+            "name": self.name,
+            "levels": [[v.real, v.imag] for v in self.levels.tolist()],
+        }
+        if self.tilt is not None:
+            told["tilt"] = self.tilt.tolist()
+        return told if self.wavelength is None else told | {"wavelength": self.wavelength}
 
     @classmethod
     def from_dict(cls, values: dict[str, Any] | None) -> "GreyResponse":
@@ -168,12 +177,29 @@ class GreyResponse:
         if not values or "levels" not in values:
             return cls.linear()
         levels = np.array(values["levels"], dtype=np.float64)
-        tilt = values.get("tilt")
+        tilt, wavelength = values.get("tilt"), values.get("wavelength")
         return cls(
             levels[:, 0] + 1j * levels[:, 1],
             str(values.get("name", "table")),
             None if tilt is None else np.array(tilt, dtype=np.float64),
+            None if wavelength is None else float(wavelength),
         )
+
+    def check_wavelength(self, wavelength: float) -> None:
+        """ValueError for a laser (metres) far from the one that the response was measured with."""
+        if self.wavelength is None or abs(wavelength / self.wavelength - 1) <= FAR:
+            return
+        raise ValueError(
+            f"response {self.name} was measured at {self.wavelength * 1e9:.4g} nm, not at "
+            f"{wavelength * 1e9:.4g} nm: measure it there (chrmc calibrate-response --wavelength), "
+            "or give one for each laser, in the order of the wavelengths"
+        )
+
+    @property
+    def swing(self) -> float:
+        """Distance of the darkest level's amplitude from the brightest's; 1 for one that is quite
+        dark."""
+        return float(abs(self.levels[-1] - self.levels[0]))
 
     @cached_property
     def is_linear(self) -> bool:

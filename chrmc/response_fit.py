@@ -30,6 +30,7 @@ class ResponseFit:
     grey, readings : (n,) what was shown and the panel's mean intensity read, any unit
     intensity, uncertainty : (256,) the curve at grey 0 … 255 and its standard deviation
     tilt : (256, terms) how intensity varies over the panel (`chrmc.response_map`), or None
+    wavelength : metres, of the laser; None where nobody said
     """
 
     grey: NDArray[np.float64]
@@ -37,13 +38,15 @@ class ResponseFit:
     intensity: NDArray[np.float64]
     uncertainty: NDArray[np.float64]
     tilt: NDArray[np.float64] | None = None
+    wavelength: float | None = None
 
     @cached_property
     def response(self) -> GreyResponse:
         """As encodings take it."""
         peak = float(self.intensity.max())
         tilt = None if self.tilt is None else self.tilt / peak
-        return GreyResponse(np.sqrt(self.intensity / peak) + 0j, "measured", tilt)
+        levels = np.sqrt(self.intensity / peak) + 0j
+        return GreyResponse(levels, "measured", tilt, self.wavelength)
 
     def write(self, path: str | Path) -> Path:
         """The CSV table that --response takes, whole or not at all."""
@@ -54,6 +57,8 @@ class ResponseFit:
         names = ["grey", "intensity", "uncertainty", *TERMS[: tilt.shape[1]]]
         rows = np.column_stack([np.arange(LEVELS), self.intensity, self.uncertainty, tilt])
         lines = [",".join(names)]
+        if self.wavelength is not None:
+            lines.insert(0, f"# wavelength {self.wavelength * 1e9:.9g} nm")
         lines += [f"{row[0]:.0f}," + ",".join(f"{v:.8g}" for v in row[1:]) for row in rows]
         with replacing(target) as partial:
             partial.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -3,7 +3,7 @@
 A text table with a line of column names: grey (or gray, level, index …), beside intensity (power,
 counts …) in any unit, or amplitude with or without phase. Parted by commas, semicolons, tabs or
 blanks; decimal commas where semicolons or tabs part; lines before the names and lines that start
-with #, % or // are passed over.
+with #, % or // are passed over, but for "# wavelength 638 nm", the laser it was measured with.
 """
 
 import re
@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.ranges import WAVELENGTH_RANGE
 from chrmc.response_map import TERMS
 
 LARGEST = 1 << 20
@@ -72,6 +73,19 @@ def read_tilt(path: str | Path) -> tuple[NDArray[np.float64], NDArray[np.float64
     if "intensity" not in columns or len(terms) not in (2, 5):
         raise ValueError(f"{path}: a map has the columns intensity and {', '.join(TERMS)}")
     return np.array(columns["grey"]), np.array([columns[name] for name in terms]).T
+
+
+def read_wavelength(path: str | Path) -> float | None:
+    """Metres, of the laser that a table names in a line such as "# wavelength 638 nm"; None where
+    it names none."""
+    for line in _text(Path(path)).splitlines()[:60]:
+        match = re.match(r"\s*(?:#|%|//)\s*wavelength\W*([\d.]+)\s*nm\b", line, re.IGNORECASE)
+        if match:
+            try:
+                return WAVELENGTH_RANGE.of(float(match[1]) * 1e-9)
+            except ValueError as error:
+                raise ValueError(f"{path}: {error}") from None
+    return None
 
 
 def _columns(source: Path) -> tuple[dict[str, list[float]], dict[str, str]]:

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -26,6 +27,7 @@ def calibrate_response(
     repeats: int = 4,
     settle: float = 0.1,
     degree: int = 0,
+    wavelength: float | None = None,
 ) -> ResponseFit:
     """Show uniform grey levels, measure each, and fit the response.
 
@@ -36,6 +38,7 @@ def calibrate_response(
         in another order, so that a laser that drifts does not bend the curve
     settle : seconds between the flip and the measurement, for the liquid crystal and the camera
     degree : of the map over the panel, 1 or 2; 0 for none
+    wavelength : metres, of the laser, kept with the response so that it is not taken for another's
     """
     if not 5 <= steps <= LEVELS or repeats < 1:
         raise ValueError(f"5 to {LEVELS} steps and 1 repeat or more, not {steps} and {repeats}")
@@ -52,7 +55,7 @@ def calibrate_response(
             readings.append(np.asarray(measure(grey), dtype=np.float64))
         except (TypeError, ValueError) as error:
             raise ValueError(f"measuring grey {grey} gave no number or picture: {error}") from None
-    return fit_response(order.tolist(), readings, degree)
+    return replace(fit_response(order.tolist(), readings, degree), wavelength=wavelength)
 
 
 @contextmanager

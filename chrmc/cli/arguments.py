@@ -37,6 +37,23 @@ class FrameRange(click.ParamType):
         return first, int(match[2] or first)
 
 
+class Paths(click.ParamType):
+    """A file, or several parted by commas as a tuple; a comma in the name of one that is there
+    parts nothing."""
+
+    name = "FILE[,FILE…]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if isinstance(value, Path | tuple):
+            return value
+        text = str(value)
+        parts = [text] if Path(text).exists() else text.split(",")
+        if not all(part.strip() for part in parts):
+            self.fail(f"{text!r} has an empty name", param, ctx)
+        found = tuple(Path(part.strip()) for part in parts)
+        return found[0] if len(found) == 1 else found
+
+
 PANEL = "chrmc.panel"
 """Of the panel that --slm named, in click's context."""
 
@@ -230,9 +247,10 @@ recipe_options = stacked(
     ),
     click.option(
         "--response",
-        type=click.Path(path_type=Path),
+        type=Paths(),
         default=None,
-        help="Grey response: CSV table of grey against intensity.",
+        help="Grey response: CSV table of grey against intensity; of several wavelengths one for "
+        "all, or red.csv,green.csv,blue.csv in their order.",
     ),
     click.option(
         "--set",

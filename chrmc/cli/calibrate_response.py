@@ -2,12 +2,14 @@
 
 import re
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
 
 from chrmc.cli.arguments import slm_option
+from chrmc.cli.lengths import WAVELENGTH, Length
 from chrmc.slm import SLM
 
 
@@ -44,6 +46,12 @@ from chrmc.slm import SLM
     show_default=True,
     help="Degree in x and y of a map over the panel; needs pictures.",
 )
+@click.option(
+    "--wavelength",
+    type=Length(WAVELENGTH),
+    default=None,
+    help="Of the laser, as 638nm: kept in the table, which then is refused for others.",
+)
 @click.option("--region", default=None, help="X,Y,WIDTH,HEIGHT of the panel in the camera's view.")
 @click.option(
     "--plot", type=click.Path(path_type=Path), default=None, help="A .png, .pdf or .svg to draw."
@@ -59,6 +67,7 @@ def command(
     slm: SLM,
     region: str | None,
     plot: Path | None,
+    wavelength: float | None,
     **how: Any,
 ) -> None:
     """Measure a panel's grey response: show levels, take their light, fit a monotone curve.
@@ -67,6 +76,8 @@ def command(
     chrmc calibrate-response --monitor HOLOEYE --measure meter.py:power --out response.csv
     chrmc calibrate-response --csv readings.csv --out response.csv --plot response.png
     chrmc generate SCENE --response response.csv --out DIR
+    chrmc calibrate-response --camera 0 --wavelength 638nm --out red.csv
+    chrmc generate SCENE --wavelength 638nm,532nm,450nm --response red.csv,green.csv,blue.csv …
 
     The light is a function of yours (called with the grey level once it is on; it returns an
     intensity in any unit, or a picture of the panel), a camera, or a table of readings. The panel
@@ -88,6 +99,7 @@ def command(
         fit = fit_response(grey.tolist(), readings.tolist())
     else:
         fit = _measured(measure, camera, region, monitor, headless, windowed, slm, how)
+    fit = replace(fit, wavelength=wavelength)
     fit.response  # noqa: B018 - refuses what is no response before anything is written
     fit.write(out)
     share = fit.uncertainty / fit.intensity.max()

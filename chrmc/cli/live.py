@@ -63,7 +63,7 @@ def command(
 
     if ahead < 1:
         raise ValueError(f"--ahead must be at least 1 frame, not {ahead}")
-    if isinstance(wavelength, tuple):
+    if isinstance(wavelength, tuple) or isinstance(rest["response"], tuple):
         raise ValueError("live shows one --wavelength: make a video in colours with generate")
     names = ("cgh", "compensation", "surface", "tolerance", "encoding", "gamma", "response")
     chosen = by_panel({name: rest.pop(name) for name in (*names, "settings")})

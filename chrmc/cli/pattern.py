@@ -78,6 +78,7 @@ def draw(kind: str, slm: SLM, given: dict[str, Any]) -> Any:
     low, high = given["low"], given["high"]
     if kind == "point":
         response = GreyResponse.parse(given["response"])
+        response.check_wavelength(given["wavelength"])
         x, y = given["at"]
         return patterns.point(
             slm, given["wavelength"], given["depth"], x, y, given["encoding"], response

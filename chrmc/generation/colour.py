@@ -3,12 +3,15 @@
 A laser's grey range ends at s = 3σ of what it would show were every point white, times one factor
 for all lasers, so that the one that has most to show just fills its range. Light of the image is
 (field/s)²: lasers of equal power then show white points white, however much of the panel their
-footprints cover at each wavelength. Balance the lasers by a uniform frame that looks white.
+footprints cover at each wavelength. Where the panel's grey response leaves a laser only a part of
+its amplitude, s is that part of it, so that the balance holds. Balance the lasers by a uniform
+frame that looks white.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from math import sqrt
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +20,7 @@ from chrmc.generation.make import REPLACEMENT, is_another, make_video
 from chrmc.generation.recipe import Recipe, recipe_for
 from chrmc.grey_levels import scale_of
 from chrmc.python_file import one_line
+from chrmc.response import GreyResponse
 from chrmc.scene.light import scenes_in_light
 from chrmc.scene.scene import Scene, frame_range
 from chrmc.slm import SLM
@@ -24,6 +28,9 @@ from chrmc.store.colour import Plan, lasers_of, read_plan, write_plan
 from chrmc.store.lock import writer_lock
 from chrmc.store.video import COLOUR, MANIFEST, existing_manifest, remove_video
 from chrmc.survey import Survey, surveys
+
+Response = GreyResponse | str | PathLike[str] | None
+Responses = Response | Sequence[Response]
 
 
 def make_in_light(
@@ -42,20 +49,23 @@ def make_in_light(
 ) -> int:
     """Make a scene's video in light of one wavelength or several; the number of frames made.
 
-    choices : of `recipe_for`; the rest as in `make_video`
+    choices : of `recipe_for`, the response also one for each laser; the rest as in `make_video`
     tell : is given a line on what `auto` takes
     """
+    responses = _responses(choices.get("response"), max(len(lasers_of(wavelength)), 1))
     how: dict[str, Any] = {"force": force, "workers": workers, "scheduler": scheduler}
     lasers = lasers_of(wavelength)
     there = (folder / MANIFEST).exists() or (folder / COLOUR).exists()
     begun = folder / REPLACEMENT if force and there else folder
     if not lasers:
-        recipe = recipe_for(scene, slm, wavelength, folder=begun, **choices)  # type: ignore[arg-type]
+        one_choice = {**choices, "response": responses[0]}
+        recipe = recipe_for(scene, slm, wavelength, folder=begun, **one_choice)  # type: ignore[arg-type]
         _tell(tell, recipe)
         return make_video(recipe, folder, frames, suffix, **how)
     recipes = []
-    for one, name in zip(scenes_in_light(scene, lasers), _folders(begun, lasers), strict=True):
-        recipes.append(recipe_for(one, slm, folder=name, **choices))
+    lit = scenes_in_light(scene, lasers)
+    for one, name, response in zip(lit, _folders(begun, lasers), responses, strict=True):
+        recipes.append(recipe_for(one, slm, folder=name, **{**choices, "response": response}))
         _tell(tell, recipes[-1])
     frame_range(scene, frames)
     with told_when_full(folder), writer_lock(folder):
@@ -68,6 +78,19 @@ def make_in_light(
         made = _fill(scene, recipes, new, frames, suffix, how)
         _replace(folder, new)
         return made
+
+
+def _responses(given: Any, lasers: int) -> list[Any]:
+    """A response for each laser; ValueError where there are more or fewer."""
+    if isinstance(given, str | PathLike | GreyResponse) or given is None:
+        return [given] * lasers
+    found = list(given)
+    if len(found) not in (1, lasers):
+        raise ValueError(
+            f"{len(found)} responses for {lasers} wavelength{'s' * (lasers > 1)}: give one for "
+            "each, in their order, or one for all"
+        )
+    return found if len(found) == lasers else found * lasers
 
 
 def _folders(folder: Path, lasers: Sequence[float]) -> list[Path | None]:
@@ -145,9 +168,18 @@ def balanced(scene: Scene, recipes: Sequence[Recipe]) -> tuple[Plan, list[Survey
     lit = [(r.scene, r.wavelength) for r in recipes] + [(scene, w) for w in wavelengths]
     found = surveys(lit, slm, coding)
     coloured, white = found[: len(recipes)], found[len(recipes) :]
-    shares = [c.power / w.power for c, w in zip(coloured, white, strict=True) if w.power]
-    factor = sqrt(max(shares, default=0.0)) or 1.0
-    scales = tuple(factor * scale_of(w.power, slm, coding) or 1.0 for w in white)
+    # A panel that is never quite dark gives that laser less light for the same signal.
+    swings = [1.0 if coding.wave or r.response is None else r.response.swing for r in recipes]
+    shares = [
+        sqrt(c.power / w.power) / swing
+        for c, w, swing in zip(coloured, white, swings, strict=True)
+        if w.power
+    ]
+    factor = max(shares, default=0.0) or 1.0
+    scales = tuple(
+        factor * swing * scale_of(w.power, slm, coding) or 1.0
+        for w, swing in zip(white, swings, strict=True)
+    )
     return Plan(wavelengths, scales), list(coloured)
 
 

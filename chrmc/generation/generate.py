@@ -8,8 +8,7 @@ from typing import Any
 from chrmc.cgh import Method
 from chrmc.compensation import VideoMethod
 from chrmc.generation.checking import SHARE
-from chrmc.generation.colour import make_in_light
-from chrmc.response import GreyResponse
+from chrmc.generation.colour import Responses, make_in_light
 from chrmc.scene.origin import opened
 from chrmc.scene.scene import Scene
 from chrmc.slm import LC_R_1080, SLM
@@ -29,7 +28,7 @@ def generate(
     tolerance: float | None = None,
     frames: tuple[int, int] | None = None,
     encoding: str = "ssb",
-    response: GreyResponse | str | PathLike[str] | None = None,
+    response: Responses = None,
     check_pixels: int | None = None,
     check_share: float = SHARE,
     group: int | None = None,
@@ -54,7 +53,8 @@ def generate(
         method promises one
     frames : (first, last), inclusive, from 1; default all
     encoding : see `display.encode`
-    response : the panel's grey response, or the CSV file of one; default linear
+    response : the panel's grey response, or the CSV file of one, or several, one for each
+        wavelength in their order; default linear
     check_pixels : pixels per frame on which the error is measured, 0 for none; default as many, of
         as many frames, as `check_share` of the time allows, the scene's first and last frame and
         the first of each group always

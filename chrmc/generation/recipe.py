@@ -125,6 +125,8 @@ def recipe_for(
         grey = response
     elif response is not None:
         grey = GreyResponse.from_csv(fspath(response))
+    if grey is not None:
+        grey.check_wavelength(light)
     if group is None:
         # Frames that owe each other nothing are groups of their own.
         group = 1 if compensation == "none" else GROUP

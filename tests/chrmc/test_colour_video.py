@@ -12,6 +12,7 @@ import reconstruct
 from chrmc.cli.main import main
 from chrmc.colour import mixed
 from chrmc.optics.footprint import expected_power
+from chrmc.response_fit import ResponseFit
 from reconstruct.colour import balanced, colour_image, colour_systems
 from reconstruct.colour_likeness import delta_e
 
@@ -94,6 +95,50 @@ def test_a_stopped_video_goes_on_and_another_is_refused(tmp_path: Path) -> None:
     other = made(parts, card([[0, 1, 0]]), wavelength=(638e-9, 520e-9), force=True)
     assert other.wavelengths == (638e-9, 520e-9)
     assert {p.name for p in parts.iterdir()} == {"colour.json", "638nm", "520nm"}
+
+
+def test_each_laser_has_its_response(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """White stays white, though the panel is darker and bent otherwise in each light."""
+    grey = np.arange(256) / 255
+    panels = []
+    for wavelength, gamma, dark in ((638e-9, 1.4, 0.3), (532e-9, 2.2, 0.02), (450e-9, 3.0, 0.1)):
+        intensity = dark + (1 - dark) * grey**gamma
+        fit = ResponseFit(255 * grey, intensity, intensity, 0 * grey, wavelength=wavelength)
+        panels.append(fit.write(tmp_path / f"{wavelength * 1e9:.0f}.csv"))
+    white = card([[1, 1, 1]], frames=1, points=600)
+    video = made(tmp_path / "video", white, response=panels)
+    stored = [chrmc.GreyResponse.from_dict(channel.response) for channel in video.channels]
+    for response, path in zip(stored, panels, strict=True):
+        assert np.array_equal(response.levels, chrmc.GreyResponse.from_csv(path).levels)
+        assert response.wavelength == pytest.approx(float(path.stem) * 1e-9)
+    light = colour_image(video, 1, 0.02).sum((0, 1))
+    linear = colour_image(made(tmp_path / "linear", white), 1, 0.02).sum((0, 1))
+    # What is left is clipped in other measure; without the scales' part red would be a fifth.
+    assert light / light.max() == pytest.approx(linear / linear.max(), abs=0.12)
+    assert np.ptp([response.swing for response in stored]) > 0.3
+
+    for wrong, said in (
+        ([panels[0], panels[2], panels[1]], "measured at 450 nm, not at 532 nm"),
+        (panels[:2], "2 responses for 3 wavelengths"),
+        (panels[0], "measured at 638 nm"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            made(tmp_path / "wrong", white, response=wrong)
+    assert not (tmp_path / "wrong").exists()
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "dots.xyz").write_text("x y z r g b\n0 0 0 255 90 90\n1 1 0 90 90 255\n")
+    asked = ["generate", "dots.xyz", "--slm", "64x48:8um", "--out", "dots", "--check-pixels", "0"]
+    asked += ["--wavelength", "638nm,532nm,450nm", "--response"]
+    for names, code in (("638.csv,532.csv,450.csv", 0), ("638.csv,,450.csv", 2)):
+        with pytest.raises(SystemExit) as ended:
+            main([*asked, names])
+        assert ended.value.code == code
+    assert "empty name" in capsys.readouterr().err
+    again = chrmc.open_video(tmp_path / "dots")
+    assert [channel.response["name"] for channel in again.channels] == [p.name for p in panels]
 
 
 def test_nothing_is_left_where_nothing_came_about(tmp_path: Path) -> None:
