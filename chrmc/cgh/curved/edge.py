@@ -11,18 +11,21 @@ which needs no expansion of the edge and says by what is left how good it is. Wh
 a wave's frequency changes over the filter's length, and with the place across the strip.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from math import ceil, pi, sqrt
+from itertools import pairwise
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve
 
+from chrmc.cgh.curved.along import Across, Along, across, rest_along
 from chrmc.cgh.curved.clusters import Plane
-from chrmc.cgh.curved.nodes import Axis, Line
+from chrmc.cgh.curved.nodes import Axis, Line, Run
 from chrmc.cgh.curved.predict import sample_points
-from chrmc.cgh.curved.wave import Reference, axis_cycles, phasors
-from chrmc.optics.footprint import SOFT_SHARE, taper
+from chrmc.cgh.curved.wave import Reference
+from chrmc.optics.footprint import SOFT_SHARE
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
@@ -33,78 +36,12 @@ _DENSE = 1.3  # places for each that Nyquist asks for
 _LEAST = 4.0  # the same in places
 _FEWEST = 4.0  # places that a soft edge is read at, at least
 _WAVES = 1.8  # waves for each place
-_MOST = 2500  # places of a strip: solving for more takes longer than a sum over points
+_WHOLE = 120  # places that are solved for at once
+_ASIDE = 1.25  # of the margin, that filters of a part of a strip read beyond it
+_MOST = 2500  # places of a strip: finding filters for more takes longer than a sum over points
 _SHARE = 0.75  # of the tolerance that filters may take; beyond it strips come from points
+_ROUNDING = 1e-6  # noise below which the equations are no longer sure to be solved
 _NOISE = 0.3  # in the places, that a filter is made for, in shares of the tolerance
-
-
-@dataclass(frozen=True, eq=False)
-class Along:
-    """Waves of points along one axis, over the separable reference wave.
-
-    x, z : (N,) places of the points along the axis, and their depths
-    far : of the reference, along the other axis
-    reach : half-width of a footprint per depth
-    centre, z_centre : of the reference, along the axis
-    rest : places along the axis (N, n) or (n,), the points' (N, 1) x and z, to what is not
-        separable, on some line across; None without it
-    """
-
-    x: Floats
-    z: Floats
-    far: float
-    reach: float
-    centre: float
-    z_centre: float
-    wavelength: float
-    rest: Callable[[Floats, Floats, Floats], NDArray[np.complex128]] | None = None
-
-    def cycles(self, t: Floats) -> Floats:
-        """(N, len(t)) cycles of the waves at places t."""
-        return axis_cycles(
-            t, self.x, np.hypot(self.z, self.far), self.centre, self.z_centre, self.wavelength
-        )
-
-    def waves(self, t: Floats) -> NDArray[np.complex128]:
-        """(N, len(t)) waves at places t."""
-        cycles = self.cycles(t)
-        out = phasors(2 * pi * (cycles - np.rint(cycles)))
-        if self.rest is not None:
-            out *= self.rest(t, self.x[:, None], self.z[:, None])
-        return out
-
-    def weights(self, t: Floats) -> Floats:
-        """(N, len(t)) soft footprint."""
-        return taper(t - self.x[:, None], (self.reach * self.z)[:, None])
-
-
-@dataclass(frozen=True)
-class Across:
-    """The other axis: what is not separable grows with the square of the distance from the centre.
-
-    lines : two places, for which filters are made
-    centre : of the reference
-    """
-
-    lines: tuple[float, float]
-    centre: float
-
-    def shares(self, t: Floats) -> tuple[Floats, Floats]:
-        """(n,) weights of either line's filter at places t."""
-        near, far = ((line - self.centre) ** 2 for line in self.lines)
-        if far - near <= 1e-9 * far:  # all targets on one line, as on a panel of one column
-            return np.ones(len(t)), np.zeros(len(t))
-        share = ((t - self.centre) ** 2 - near) / (far - near)
-        return 1 - share, share
-
-
-def across(targets: tuple[float, float], centre: float) -> Across:
-    """Two lines on which the square of the distance is about that of most targets."""
-    ends = [(end - centre) ** 2 for end in targets]
-    least = 0.0 if targets[0] < centre < targets[1] else min(ends)
-    side = 1.0 if ends[1] > ends[0] else -1.0
-    away = [sqrt(least + part * (max(ends) - least)) for part in (0.1, 0.75)]
-    return Across((centre + side * away[0], centre + side * away[1]), centre)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,39 +87,31 @@ class Reading:
                 out[one.nodes] += (matrix.astype(plain.dtype) @ part) * share
         return out
 
-    def missed(self, axis: Axis, along: Along, other: Floats) -> Floats:
-        """(N,) power of each point's error on the strips, over targets.
 
-        other : (N,) where across it is tried
-        """
-        out = np.zeros(len(along.x))
-        shares = self.across.shares(other)
-        at_places = None
-        for run in axis.runs:
-            for one in self.filters:
-                if one.nodes != run.nodes or not one.matrices:
-                    continue
-                if at_places is None:
-                    at_places = along.waves(self.places)
-                nodes = axis.nodes[one.nodes]
-                error = along.waves(nodes) * along.weights(nodes)
-                for matrix, share in zip(one.matrices, shares, strict=True):
-                    error -= share[:, None] * (at_places[:, one.places] @ matrix.T)
-                out += np.abs(error) ** 2 @ run.weight
-        return out
+Missed = Callable[[Run, slice, Floats, tuple[Complexes, ...]], float]
+"""A run, nodes of it, places that filters read and the filters → expected power of their error."""
 
 
 def reading_of(
-    axis: Axis, models: tuple[Along, Along], across: Across, smooth: bool, tolerance: float
-) -> Reading | None:
-    """The places that an axis's nodes need, and the filters from there; None for strips too long.
+    axis: Axis,
+    models: tuple[Along, Along],
+    across: Across,
+    tolerance: float,
+    missed: Missed | None,
+    allowed: float = np.inf,
+) -> tuple[Reading, float] | None:
+    """The places that an axis's nodes need, the filters from there, and what these miss.
 
     models : the outermost points, on the two lines across; filters are made for all waves between
-    smooth : leave the strips out
+    missed : None leaves the strips out
+    allowed : of what is missed
+
+    None for strips too long, and as soon as filters miss more than is allowed.
     """
+    spent = 0.0
     model = models[0]
     width = SOFT_SHARE * model.reach * float(model.z.min())
-    strips = [run for run in axis.runs if run.tapered and not smooth]
+    strips = [run for run in axis.runs if run.tapered and missed is not None]
     others = [run for run in axis.runs if not run.tapered]
     base = next((run.line for run in others if run.line is not None and run.line.count > 1), None)
     ends = [(float(axis.nodes[r.nodes].min()), float(axis.nodes[r.nodes].max())) for r in strips]
@@ -222,9 +151,31 @@ def reading_of(
         if len(at) > _MOST:
             return None
         nodes = axis.nodes[run.nodes]
-        filters.append(Filter(run.nodes, own, _solve(nodes, at, models, tolerance)))
+        assert missed is not None
+        for few, near in _windows(nodes, at, margin):
+            matrices = _solve(nodes[few], at[near], models, tolerance)
+            spent += missed(run, few, at[near], matrices)
+            if spent > allowed:
+                return None
+            filters.append(Filter(_moved(few, run.nodes.start), _moved(near, own.start), matrices))
     every = np.concatenate(places) if places else np.zeros(0)
-    return Reading(every, tuple(filters), across)
+    return Reading(every, tuple(filters), across), spent
+
+
+def _moved(part: slice, by: int) -> slice:
+    return slice(part.start + by, part.stop + by)
+
+
+def _windows(nodes: Floats, places: Floats, margin: float) -> Iterator[tuple[slice, slice]]:
+    """Nodes, and the places that their filters read: all of a short strip, of a long one those
+    around, since solving takes the third power of them."""
+    count = ceil(len(places) / _WHOLE)
+    cuts = np.searchsorted(nodes, np.linspace(nodes[0], nodes[-1], count + 1)[1:-1])
+    for start, stop in pairwise([0, *cuts.tolist(), len(nodes)]):
+        if start < stop:
+            ends = nodes[start] - _ASIDE * margin, nodes[stop - 1] + _ASIDE * margin
+            first, last = np.searchsorted(places, ends)
+            yield slice(start, stop), slice(max(0, int(first) - 1), min(len(places), int(last) + 1))
 
 
 def _frequency(model: Along, ends: tuple[float, float]) -> float:
@@ -247,7 +198,7 @@ def _solve(
     base = replace(model, x=x, z=z, rest=None)
     every = np.concatenate([places, nodes])
     waves, weights = base.waves(every), base.weights(nodes)
-    noise = (_NOISE * tolerance) ** 2 * number
+    noise = max(_NOISE * tolerance, _ROUNDING) ** 2 * number
     out = []
     for one in models:
         assert one.rest is not None
@@ -256,7 +207,7 @@ def _solve(
         turned = given.conj().T
         among = turned @ given
         among[np.diag_indices(len(places))] += noise
-        out.append(np.linalg.solve(among, turned @ wanted).T)
+        out.append(solve(among, turned @ wanted, assume_a="pos", check_finite=False).T)
     return out[0], out[1]
 
 
@@ -301,7 +252,9 @@ def readings_of(
     light = [np.zeros(0)] * 2
     tried: list[Along] = []
     for i, (far, middle, z_middle) in enumerate(centres):
-        rest = _rest(reference, i, spots[1 - i][:, None], points[1 - i][:, None], plane.wavelength)
+        rest = rest_along(
+            reference, i, spots[1 - i][:, None], points[1 - i][:, None], plane.wavelength
+        )
         common = far, plane.reach[i], middle, z_middle, plane.wavelength
         tried.append(Along(points[i], points[2], *common, rest))
         some = targets[i].places[:: max(1, targets[i].count // 64)]
@@ -317,31 +270,28 @@ def readings_of(
         models = tuple(
             replace(
                 own, x=corners[0], z=corners[1],
-                rest=_rest(reference, i, np.array(line), np.array(other), plane.wavelength),
+                rest=rest_along(reference, i, np.array(line), np.array(other), plane.wavelength),
             )
             for line in aside.lines
         )  # fmt: skip
-        reading = reading_of(axes[i], (models[0], models[1]), aside, False, aim)
-        power = np.inf
-        if reading is not None:
-            power = float(weight @ (reading.missed(axes[i], own, spots[1 - i]) * light[1 - i]))
-        from_points.append(power > allowed)
-        if power > allowed:
-            reading = reading_of(axes[i], (models[0], models[1]), aside, True, aim)
-            power = 0.0
-        assert reading is not None  # without strips there is nothing too long
-        along.append(reading)
-        missed += power
+        shares = aside.shares(spots[1 - i])
+
+        def power(
+            run: Run, nodes: slice, places: Floats, matrices: tuple[Complexes, ...],
+            i: int = i, own: Along = own, shares: tuple[Floats, Floats] = shares,
+        ) -> float:  # fmt: skip
+            at = axes[i].nodes[run.nodes][nodes]
+            error, given = own.waves(at) * own.weights(at), own.waves(places)
+            for matrix, part in zip(matrices, shares, strict=True):
+                error -= part[:, None] * (given @ matrix.T)
+            return float(weight @ (np.abs(error) ** 2 @ run.weight[nodes] * light[1 - i]))
+
+        both = models[0], models[1]
+        made = reading_of(axes[i], both, aside, aim, power, allowed)
+        from_points.append(made is None)
+        if made is None:
+            made = reading_of(axes[i], both, aside, aim, None)
+        assert made is not None  # without strips there is nothing too long
+        along.append(made[0])
+        missed += made[1]
     return Readings((along[0], along[1]), missed, total, (from_points[0], from_points[1]))
-
-
-def _rest(
-    reference: Reference, axis: int, line: Floats, place: Floats, wavelength: float
-) -> Callable[[Floats, Floats, Floats], NDArray[np.complex128]]:
-    """What is not separable along an axis, on a line across it, of points at a place across."""
-
-    def rest(t: Floats, x: Floats, z: Floats) -> NDArray[np.complex128]:
-        offsets = (t - x, line - place) if axis == 0 else (line - place, t - x)
-        return reference.residual(*offsets, z, wavelength)
-
-    return rest

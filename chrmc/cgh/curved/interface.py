@@ -13,7 +13,8 @@ assemble  `Factor` is a baseband with its nodes; `field_of` and `signal_of` make
 waves     `axis_cycles`, `reference_cycles`, `phasor`, `phasors`: phases without cancellation
 predict   `sample_points` stand for all, `budget_of` gives the `Budget` of a factor, powers of its
           error and its light; `promise_kept` whether that is good enough;
-          `measured_error` looks at some pixels, up to `SURE` of the tolerance they may miss
+          `measured_error` looks at some pixels, up to `SURE` of the tolerance they may miss;
+          `light_kept` says whether factors cancel
 cost      `split` gives the clusters, `cost_of` counts a hologram beforehand, `pixels_from` its way
           from nodes to pixels, `waves_looked_at` the look
 at once   `low_rank` does all of this for one cloud; `in_parallel` and `alone` divide the cores up
@@ -39,7 +40,7 @@ from chrmc.cgh.curved.parallel import alone, in_parallel
 from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.taps import Taps, fewer, fewer_beyond, taps_for
-from chrmc.cgh.curved.verify import SURE, measured_error, waves_looked_at
+from chrmc.cgh.curved.verify import SURE, light_kept, measured_error, waves_looked_at
 from chrmc.cgh.curved.wave import Kernel, Reference, Wave, axis_cycles, phasor, phasors
 
 __all__ = [
@@ -73,6 +74,7 @@ __all__ = [
     "field_of",
     "in_parallel",
     "interpolation",
+    "light_kept",
     "lines_of",
     "low_rank",
     "make_series",

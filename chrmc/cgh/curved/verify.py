@@ -125,14 +125,8 @@ def look(
     lines : x and y of the window's pixels
     expected : the error worked out beforehand
     """
-    random = np.random.default_rng(len(cloud))
-    columns = _picked([factor.axis_x for factor in factors], random)
-    rows = _picked([factor.axis_y for factor in factors], random)
-    read = partial(_read, rows=rows[0], columns=columns[0], lines=lines, wavelength=wavelength)
-    values = in_parallel(read, factors)
-    lattice = Lattice(rows, columns, np.sum(values, axis=0))
+    lattice, parts = _lattice(factors, lines, wavelength)
     # Factors that cancel each other round as what they are, not as what they leave.
-    parts = sum(float((lattice.weight * np.abs(part) ** 2).sum()) for part in values)
     total = float(lattice.power.sum())
     least = ROUNDING * sqrt(parts / total) if total > 0 else 0.0
 
@@ -144,6 +138,27 @@ def look(
         return np.concatenate(in_parallel(some, [slice(half), slice(half, None)]))
 
     return lattice.error(exact, lines, len(cloud), tolerance, expected), least
+
+
+@alone
+def light_kept(factors: Sequence[Factor], lines: tuple[Line, Line], wavelength: float) -> float:
+    """Light of the sum of some factors over the sum of their lights, on some pixels: far below 1
+    where they cancel."""
+    lattice, parts = _lattice(factors, lines, wavelength)
+    return float(lattice.power.sum()) / parts if parts > 0 else 1.0
+
+
+def _lattice(
+    factors: Sequence[Factor], lines: tuple[Line, Line], wavelength: float
+) -> tuple[Lattice, float]:
+    """The sum of some factors on a lattice, and the sum of their lights there."""
+    random = np.random.default_rng(0)
+    columns = _picked([factor.axis_x for factor in factors], random)
+    rows = _picked([factor.axis_y for factor in factors], random)
+    read = partial(_read, rows=rows[0], columns=columns[0], lines=lines, wavelength=wavelength)
+    values = in_parallel(read, factors)
+    lattice = Lattice(rows, columns, np.sum(values, axis=0))
+    return lattice, sum(float((lattice.weight * np.abs(one) ** 2).sum()) for one in values)
 
 
 def field_error(

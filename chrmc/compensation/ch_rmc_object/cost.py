@@ -14,13 +14,12 @@ from chrmc.cgh.curved.interface import (
 )
 from chrmc.compensation.ch_rmc_object.choice import Choice, choose, poses_ahead
 from chrmc.compensation.ch_rmc_object.plan import outline_of, planned, same_light
+from chrmc.compensation.ch_rmc_object.promise import AIM, LOOKED, SOMETIMES
 from chrmc.encoding import Coding
 from chrmc.scene.scene import ObjectFrame, Scene
 from chrmc.slm import SLM
 from chrmc.window import Window
 
-AIM = 0.7
-"""Of the tolerance: one key frame has to do for many frames, the worst included."""
 _CHOSEN = 2  # moving objects whose choice is worked out; it stands for the others
 _SOME = 5000  # points of a body that stand for its outline
 _KEY = 8.0  # what a key frame takes beyond later ones, in frames' worth of sums afresh
@@ -133,7 +132,7 @@ def sums_of(fresh: OperationCounts, shown: OperationCounts) -> OperationCounts:
 
 def looked_at(points: int) -> float:
     """Waves of the look at a frame that was looked up; of many points now and then."""
-    return waves_looked_at(points) * (1.0 if points <= 5000 else 1 / 8)
+    return waves_looked_at(points) * (1.0 if points <= LOOKED else 1 / SOMETIMES)
 
 
 def rest(scene: Scene, thing: ObjectFrame, later: range) -> str:

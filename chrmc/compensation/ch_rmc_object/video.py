@@ -21,20 +21,18 @@ import numpy as np
 
 from chrmc.cgh import Method
 from chrmc.cgh.curved.interface import (
-    SURE,
     Budget,
     Factor,
     alone,
     check_tolerance,
     lines_of,
     low_rank,
-    measured_error,
     plane_of,
-    promise_kept,
 )
 from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, Patience, choose, poses_ahead
 from chrmc.compensation.ch_rmc_object.group import Group
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, outline_of, planned, same_light
+from chrmc.compensation.ch_rmc_object.promise import AIM, Promise
 from chrmc.compensation.ch_rmc_object.render import Renderer
 from chrmc.compensation.ch_rmc_object.sphere import NotCovered
 from chrmc.compensation.frame import VideoFrame
@@ -45,10 +43,6 @@ from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Pose, Scene
 from chrmc.slm import SLM
 from chrmc.window import Window
-
-_LOOKED = 5000  # points up to which every frame is looked at on some pixels
-_SOMETIMES = 8  # beyond that every so many
-_AIM = 0.7  # of the tolerance: one key frame has to do for many frames, the worst included
 
 
 @dataclass(eq=False)
@@ -116,6 +110,7 @@ class _Maker:
         self._window = Window.full(slm)
         self._plane = plane_of(slm, wavelength, self._window, coding.passband)
         self._targets = lines_of(slm, self._window)
+        self._promise = Promise(self._targets, self._plane, tolerance)
         self._tracks: dict[str, _Track] = {}
         self._outlines: dict[str, Outline] = {}
         self._versions = 0
@@ -167,13 +162,14 @@ class _Maker:
         self._check_body(thing, outline)
         group = None if track is None else track.group
         if group is not None and group.body is thing.body:
+            count = self._numbers.index(number)
             # Nodes that turn out too few for this frame are no reason for a key frame.
-            for share in (_AIM, 0.4 * _AIM):
+            for share in (AIM, 0.4 * AIM):
                 found = self._looked_up(group, thing, outline, share * self._tolerance, record)
                 if found is None:
                     break
                 factor, budget = found
-                if self._good(factor, thing.cloud, budget, number % _SOMETIMES == 0):
+                if self._promise.kept(factor, thing.cloud, budget, count):
                     self._book(group, thing, record)
                     return self._track(thing, [factor], budget, group)
         elif track is not None and not self._patience.over(thing.name, number):
@@ -213,7 +209,7 @@ class _Maker:
         record: FrameRecord,
     ) -> _Track:
         """A new group, if it pays, and the frame from it."""
-        aim = _AIM * self._tolerance
+        aim = AIM * self._tolerance
         for _ in range(3):
             with record.stage("CON"):
                 plan = planned(thing, outline, self._targets, self._plane, aim)
@@ -230,7 +226,7 @@ class _Maker:
             if found is None:
                 break
             factor, budget = found
-            if self._good(factor, thing.cloud, budget, True):
+            if self._promise.kept(factor, thing.cloud, budget, None):
                 self._patience.end(thing.name)
                 self._book_key(thing, record)
                 record.reuse[thing.name] = choice.why
@@ -239,32 +235,18 @@ class _Maker:
         self._patience.put_off(thing.name, number, 8)
         return self._afresh(thing, record, "a sphere would not be exact enough")
 
-    def _good(self, factor: Factor, cloud: PointCloud, budget: Budget, look: bool) -> bool:
-        """Whether an object may be shown so, by what is expected and by a look at some pixels.
-
-        look : even where points are so many that it costs more than a little
-        """
-        if not promise_kept([factor], budget, self._tolerance, len(cloud)):
-            return False
-        return not (look or len(cloud) <= _LOOKED) or self._missed([factor], cloud, budget) <= SURE
-
-    def _missed(self, factors: list[Factor], cloud: PointCloud, budget: Budget) -> float:
-        """The error on some pixels, over the tolerance."""
-        given = self._targets, self._wavelength, self._plane.reach, self._tolerance
-        return measured_error(factors, cloud, *given, budget.relative) / self._tolerance
-
     def _together(
         self, tracks: list[_Track], cloud: PointCloud, record: FrameRecord, total: Budget
     ) -> tuple[list[_Track], Budget]:
         """Tracks, or one for all where the light of several objects cancels."""
-        if len(tracks) < 2 or len(cloud) > _LOOKED:
+        if len(tracks) < 2:
             return tracks, total
         versions = tuple(track.version for track in tracks)
         known, whole = self._whole
         if known != versions:
             with record.stage("PA"):
                 factors = [factor for track in tracks for factor in track.factors]
-                cancels = self._missed(factors, cloud, total) > SURE
+                cancels = self._promise.broken_together(factors, cloud, total)
             whole = None
             if cancels:
                 thing = ObjectFrame("all objects", cloud)

@@ -1,0 +1,61 @@
+"""Whether factors may be shown: by what is expected of them, and by a look at some pixels."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+from chrmc.cgh.curved.interface import (
+    SURE,
+    Budget,
+    Factor,
+    Line,
+    Plane,
+    light_kept,
+    measured_error,
+    promise_kept,
+)
+from chrmc.scene.points import PointCloud
+
+AIM = 0.7
+"""Of the tolerance: one key frame has to do for many frames, the worst included."""
+LOOKED, SOMETIMES = 5000, 8
+"""Points up to which every frame is looked at on some pixels; beyond that, every so many."""
+
+
+@dataclass(frozen=True)
+class Promise:
+    """A tolerance of the field on some pixels.
+
+    targets : their lines along x and y
+    """
+
+    targets: tuple[Line, Line]
+    plane: Plane
+    tolerance: float
+
+    def kept(self, factor: Factor, cloud: PointCloud, budget: Budget, count: int | None) -> bool:
+        """Whether an object may be shown so.
+
+        count : frames before this one; None for a key frame, which is always looked at
+        """
+        if not promise_kept([factor], budget, self.tolerance, len(cloud)):
+            return False
+        look = count is None or count % SOMETIMES == 0 or len(cloud) <= LOOKED
+        return not look or self._missed([factor], cloud, budget) <= SURE
+
+    def broken_together(self, factors: Sequence[Factor], cloud: PointCloud, total: Budget) -> bool:
+        """Whether objects that are good enough each are not so together, as where they cancel.
+
+        cloud : all their points
+        """
+        kept = light_kept(factors, self.targets, self.plane.wavelength)
+        # Where light adds up, so do the errors that each object was allowed.
+        if total.relative <= SURE * self.tolerance * sqrt(kept):
+            return False
+        return self._missed(factors, cloud, total) > SURE
+
+    def _missed(self, factors: Sequence[Factor], cloud: PointCloud, budget: Budget) -> float:
+        """The error on some pixels, over the tolerance."""
+        wavelength, reach = self.plane.wavelength, self.plane.reach
+        given = self.targets, wavelength, reach, self.tolerance
+        return measured_error(factors, cloud, *given, budget.relative) / self.tolerance
