@@ -168,6 +168,25 @@ def test_strips_at_full_size_are_filtered_from_the_plain_baseband(place: list[fl
     assert error / 2 <= expected <= 0.6e-3
 
 
+def test_long_strips_are_filtered_part_by_part() -> None:
+    points = body(60, (5e-3, 5e-3, 5e-3))
+    thing = seen(points, [0.0, 0.0, 0.0], [1e-3, 5e-4, 0.25])
+    plan = plan_of(thing, LC_R_1080, 7e-4)
+    along, axis = plan.readings[0], plan.axes[0]
+    strips = [run for run in axis.runs if run.tapered]
+    assert not plan.from_points[0] and len(along.filters) > len(axis.runs)
+    y = plan.readings[1].places[::40]
+    got = along.of(exact(thing.cloud, plan, along.places, y).T.copy(), len(axis.nodes), y)
+    x_places, _, depths = thing.cloud.positions.T
+    soft = axis.weights(x_places, depths, plan.wave.reach[0]), np.ones((len(points), len(y)))
+    truth = exact(thing.cloud, plan, axis.nodes, y, soft).T
+    for run in strips:
+        error = np.sum(run.weight[:, None] * np.abs((got - truth)[run.nodes]) ** 2)
+        assert error <= 1e-6 * sum(
+            float(np.sum(r.weight[:, None] * np.abs(truth[r.nodes]) ** 2)) for r in axis.runs
+        )
+
+
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
 def test_filters_do_not_blow_up_the_error_of_what_they_read(tolerance: float) -> None:
     thing = seen(body(60, (1.6e-3, 6.2e-4, 7e-4)), [0.0, 0.3, 0.0], [0.0, 0.0, 0.2])

@@ -213,8 +213,9 @@ def test_points_that_flicker_are_added_once_and_stay_exact() -> None:
     assert keys == [True] + [False] * 5
 
 
-def test_bodies_whose_light_cancels_are_made_together_or_refused() -> None:
-    points = body(40, (6e-4, 3e-4, 4e-4), 5)
+@pytest.mark.parametrize("count", [40, 3000])
+def test_bodies_whose_light_cancels_are_made_together_or_refused(count: int) -> None:
+    points = body(count, (6e-4, 3e-4, 4e-4), 5)
     twin = PointCloud(points.positions, 0.999 * points.amplitude, points.phase + np.pi)
     poses = [
         Pose(Rotation.from_rotvec([0, 0.01 * k, 0]).as_matrix(), np.array([3e-4, 2e-4, 0.2]))
