@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 class OperationCounts:
     """How often something is done.
 
-    products : multiply-adds of real float32 matrix products
+    products : multiply-adds of real float32 matrix products, see `product`
     phasors : phases worked out, reduced, and their cosine and sine taken
     lookups : complex values read, multiplied and added
     transforms : samples of complex FFTs, each times log2 of their number
@@ -36,3 +36,12 @@ class OperationCounts:
 
 KINDS = tuple(field.name for field in fields(OperationCounts) if field.name != "memory")
 """What a machine has a rate for."""
+
+_TRAFFIC = 10.0  # multiply-adds in the time that an entry of a product's matrices takes
+
+
+def product(rows: float, inner: float, columns: float) -> float:
+    """Of (rows, inner) by (inner, columns): multiply-adds, and the entries that are moved, which
+    count where a side is short."""
+    moved = rows * inner + inner * columns + rows * columns
+    return rows * inner * columns + _TRAFFIC * moved

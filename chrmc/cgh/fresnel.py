@@ -75,7 +75,7 @@ def cost(
     return OperationCounts(
         products=4 * count * pixels,
         phasors=5 * count * sum(window.shape),
-        bytes=250 * pixels * ceil(count / _POINTS),
+        bytes=150 * pixels * ceil(count / _POINTS),
         memory=16 * pixels + 40 * min(count, _POINTS) * sum(window.shape),
     )
 

@@ -31,6 +31,7 @@ _POINTS = 256  # whose tables are held at once
 _BLOCK = 1 << 15  # pixels a thread works on at once: its few buffers stay in the cache
 _ALLOWED = 4e-6  # expected error up to which single precision will do; some pixels see twice that
 _WAVE, _REST = 1.7e-7, 6e-7  # error of a wave in float32, and for each wavelength of its `rest`
+_DOUBLE = 3.5  # of the time, in double precision
 _ADDED = 3e-8  # of a sum, for each wave added to it, at random
 
 
@@ -221,8 +222,16 @@ def _add(
 def cost(
     cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
 ) -> OperationCounts:
-    """A phase for each point and pixel of its footprint."""
-    lit = float(coverage(cloud, slm, wavelength, passband).sum()) * window.size
+    """A phase for each point and pixel of its footprint, dear where single precision will not do.
+
+    That waves will cancel, so that all is computed again in double, no count foresees.
+    """
+    share = coverage(cloud, slm, wavelength, passband)
+    x, y = slm.x(window.columns), slm.y(window.rows)
+    doubt = _doubt(_rest(cloud, x, y, wavelength, passband)) > _ALLOWED
+    firsts = np.arange(0, len(cloud), _POINTS)
+    twice = np.repeat(np.logical_or.reduceat(doubt, firsts), _POINTS)[: len(cloud)]
+    lit = float(share.sum() + (_DOUBLE - 1) * share[twice].sum()) * window.size
     return OperationCounts(
         phasors=1.5 * lit,
         bytes=250.0 * window.size,

@@ -57,8 +57,8 @@ def command(
     recipe = recipe_for(given, LC_R_1080, folder=begun, **methods)
 
     heading("1. Holograms")
-    if recipe.auto is not None and recipe.auto.why:
-        click.echo(f"auto: {recipe.auto.why}")
+    if recipe.auto_line:
+        click.echo(recipe.auto_line)
     made = make_video(recipe, folder, force=force)
     video = open_video(folder)
     table = list(summary(video))

@@ -70,8 +70,8 @@ def command(
     sized = {name: rest.pop(name) for name in SCENE_NAMES}
     scene = scene_from(things, form, slm, wavelength, sized)
     recipe = recipe_for(scene, slm, wavelength, check_pixels=0, **chosen)
-    if recipe.auto is not None and recipe.auto.why:
-        click.echo(f"auto: {recipe.auto.why}")
+    if recipe.auto_line:
+        click.echo(recipe.auto_line)
     pace = None if budget is None else pace_for(recipe, budget, loosest)
     numbers = frame_range(recipe.scene, frames)
     scale = video_scale(recipe.scene, slm, recipe.wavelength, recipe.coding)

@@ -33,14 +33,13 @@ class Taken:
     why: str
 
 
-def stored_methods(folder: Path) -> Mapping[str, Any] | None:
-    """The `methods` of the video that a folder holds; None without one that can be read."""
+def stored_manifest(folder: Path | None) -> Mapping[str, Any]:
+    """The manifest that a folder holds; empty without one that can be read."""
     try:
-        content = read_json(folder / MANIFEST, "video")
+        content = None if folder is None else read_json(folder / MANIFEST, "video")
     except (OSError, ValueError):
-        return None
-    methods = content.get("methods") if isinstance(content, dict) else None
-    return methods if isinstance(methods, dict) else None
+        return {}
+    return content if isinstance(content, dict) else {}
 
 
 def is_auto(
@@ -61,15 +60,15 @@ def taken(
     wavelength: float,
     coding: Coding,
     tolerance: float | None,
-    before: Mapping[str, Any] | None = None,
+    before: Any = None,
 ) -> Taken:
     """The methods of a manifest that was begun for the same, so that a video that is continued
     does not depend on the machine that does it; else those of the plan.
 
-    before : the `methods` of a manifest
+    before : the `methods` of a manifest, if there is one
     """
     wanted = DEFAULT_TOLERANCE if tolerance is None else TOLERANCE_RANGE.of(tolerance)
-    if before is not None:
+    if isinstance(before, dict):
         names = before.get("cgh"), before.get("compensation")
         options = before.get("options")
         options = dict(options) if isinstance(options, dict) else {}

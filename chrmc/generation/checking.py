@@ -3,20 +3,18 @@
 Counted, not timed: the same recipe is checked on the same pixels on every machine.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil
-from pathlib import Path
 from typing import Any
 
 from chrmc.cgh import OperationCounts, method_named
-from chrmc.files import read_json
 from chrmc.options import option_names
 from chrmc.planning.choices import first_lit
 from chrmc.planning.rates import STATED
 from chrmc.ranges import Range
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
-from chrmc.store.video import MANIFEST
 from chrmc.window import Window
 
 SHARE = 0.05
@@ -79,12 +77,11 @@ def check_within(
     return Check(LEAST, ceil(LEAST * pixel / (share * seconds)))
 
 
-def stored_check(folder: Path) -> Check | None:
-    """How the video that a folder holds is checked; None without one that can be read."""
+def stored_check(manifest: Mapping[str, Any]) -> Check | None:
+    """How the video of a manifest is checked; None where that does not say."""
     try:
-        content = read_json(folder / MANIFEST, "video")
-        found = content["error_check"]
+        found = manifest["error_check"]
         check = Check(int(found["pixels"]), int(found.get("every", 1)))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError):
         return None
     return check if 0 <= check.pixels <= MOST and check.every >= 1 else None

@@ -102,8 +102,8 @@ def _folders(folder: Path, lasers: Sequence[float]) -> list[Path | None]:
 
 
 def _tell(tell: Callable[[str], object] | None, recipe: Recipe) -> None:
-    if tell is not None and recipe.auto is not None and recipe.auto.why:
-        tell(f"auto: {recipe.auto.why}")
+    if tell is not None and recipe.auto_line:
+        tell(recipe.auto_line)
 
 
 def _refuse_another(folder: Path, lasers: Sequence[float]) -> None:

@@ -12,7 +12,7 @@ from chrmc.cgh import Method
 from chrmc.compensation import VideoMethod, chosen, frames_by, scene_wavelength
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import Coding, coding_for
-from chrmc.generation.auto import Taken, is_auto, stored_methods, taken
+from chrmc.generation.auto import Taken, is_auto, stored_manifest, taken
 from chrmc.generation.checking import SHARE, SHARES, Check, check_within, stored_check
 from chrmc.planning.choices import GROUP
 from chrmc.python_file import identity, is_python_name, one_line
@@ -58,6 +58,11 @@ class Recipe:
     def coding(self) -> Coding:
         """Passband and carrier of the encoding."""
         return coding_for(self.encoding, self.slm)
+
+    @property
+    def auto_line(self) -> str:
+        """A line on what `auto` took, and why; empty where the methods were named."""
+        return f"auto: {self.auto.why}" if self.auto is not None and self.auto.why else ""
 
     def video(self, first: int, last: int, **more: Any) -> Iterator[VideoFrame]:
         """Frames first … last, made one by one; `more` options, such as a cache."""
@@ -108,11 +113,10 @@ def recipe_for(
         raise ValueError(f"slm must be an SLM, such as chrmc.LC_R_1080, not {short(slm)}")
     coding = coding_for(encoding, slm)
     light = scene_wavelength(scene, wavelength)
-    auto = None
+    auto, before = None, stored_manifest(folder)
     if is_auto(cgh, compensation, surface, dict(settings)):
-        before = None if folder is None else stored_methods(folder)
         with one_line(source):
-            auto = taken(scene, slm, light, coding, tolerance, before)
+            auto = taken(scene, slm, light, coding, tolerance, before.get("methods"))
         cgh, compensation, options = auto.cgh, auto.compensation, auto.options
     else:
         cgh, compensation, options = chosen(cgh, compensation, surface, tolerance, dict(settings))
@@ -131,7 +135,7 @@ def recipe_for(
         # Frames that owe each other nothing are groups of their own.
         group = 1 if compensation == "none" else GROUP
     if check_pixels is None:
-        check = None if folder is None else stored_check(folder)
+        check = stored_check(before)
         if check is None:
             with one_line(source, cgh, compensation):
                 check = check_within(

@@ -222,8 +222,13 @@ def levels_for(
     plane: Plane,
     tolerance: float,
     series: Series,
+    count: int | None = None,
 ) -> tuple[list[Level], float]:
-    """Which terms are summed at which nodes, and the error of carrying the small ones."""
+    """Which terms are summed at which nodes, and the error of carrying the small ones.
+
+    count : as in `series_for`
+    """
+    count = len(cloud) if count is None else count
     levels: list[Level] = []
     held, first, square = axes, 0, 0.0
     aim = tolerance
@@ -234,13 +239,13 @@ def levels_for(
             continue
         size = len(held[0].nodes), len(held[1].nodes)
         more = series.terms - cut
-        if not clusters.coarse_pays(len(cloud), size, size[0] * size[1] * 2 // 3, more):
+        if not clusters.coarse_pays(count, size, size[0] * size[1] * 2 // 3, more):
             continue
         wanted = min(_COARSE_SHARE * tolerance / left, 0.1)
         # The series' small terms are largest far out, where footprints end.
         coarse = axes_behind(axes, cloud, reference, plane, wanted, _EDGE_SHARE)
         pixels = len(coarse[0].nodes) * len(coarse[1].nodes)
-        if clusters.coarse_pays(len(cloud), size, pixels, more):
+        if clusters.coarse_pays(count, size, pixels, more):
             levels.append(Level(*held, slice(first, cut), _precision(aim)))
             held, first, aim = coarse, cut, wanted
             square += (wanted * left) ** 2
@@ -249,9 +254,18 @@ def levels_for(
 
 
 def series_for(
-    cloud: PointCloud, axes: Axes, reference: Reference, plane: Plane, tolerance: float
+    cloud: PointCloud,
+    axes: Axes,
+    reference: Reference,
+    plane: Plane,
+    tolerance: float,
+    count: int | None = None,
 ) -> Series | None:
-    """The series of the non-separable rest for a cloud's points and some nodes."""
+    """The series of the non-separable rest for a cloud's points and some nodes.
+
+    count : points that the cloud stands for, its own by default
+    """
+    count = len(cloud) if count is None else count
     return make_series(
         axes[0].span,
         axes[1].span,
@@ -259,7 +273,7 @@ def series_for(
         reference.kernel(plane.wavelength),
         tolerance * _SERIES_SHARE,
         # Beyond that, summing one by one or a smaller cluster's series is less work.
-        max(20_000, _SAMPLES * len(cloud) * len(axes[0].nodes) * len(axes[1].nodes)),
+        max(20_000, _SAMPLES * count * len(axes[0].nodes) * len(axes[1].nodes)),
     )
 
 

@@ -116,10 +116,17 @@ def _cost(box: Floats, count: int, plane: Plane) -> float:
     return to_columns + to_pixels + sums + _CLUSTER
 
 
-def split(cloud: PointCloud, plane: Plane) -> list[PointCloud]:
-    """Clusters with a reference wave each: cut at gaps, or in half, as long as that costs less."""
+def split(cloud: PointCloud, plane: Plane, each: float = 1.0) -> list[PointCloud]:
+    """Clusters with a reference wave each: cut at gaps, or in half, as long as that costs less.
+
+    each : points that every one stands for
+    """
     box = bounding_box(cloud.positions)
-    whole = _cost(box, len(cloud), plane)
+
+    def cost(box: Floats, number: int) -> float:
+        return _cost(box, round(each * number), plane)
+
+    whole = cost(box, len(cloud))
     if len(cloud) < 2 or whole < 2.5 * _CLUSTER:
         return [cloud]
     best, chosen = whole * 0.9, None
@@ -131,19 +138,19 @@ def split(cloud: PointCloud, plane: Plane) -> list[PointCloud]:
                 cut = float(box[axis].mean())
                 half = box.copy()
                 half[axis, 1] = cut
-                if 2 * _cost(half, (len(cloud) + 1) // 2, plane) >= best:
+                if 2 * cost(half, (len(cloud) + 1) // 2) >= best:
                     continue
             low = values < cut
             size = int(np.count_nonzero(low))
             if size in (0, len(cloud)):
                 continue
-            cost = _cost(bounding_box(cloud.positions[low]), size, plane)
-            cost += _cost(bounding_box(cloud.positions[~low]), len(cloud) - size, plane)
-            if cost < best:
-                best, chosen = cost, low
+            both = cost(bounding_box(cloud.positions[low]), size)
+            both += cost(bounding_box(cloud.positions[~low]), len(cloud) - size)
+            if both < best:
+                best, chosen = both, low
     if chosen is None:
         return [cloud]
-    return split(cloud.select(chosen), plane) + split(cloud.select(~chosen), plane)
+    return split(cloud.select(chosen), plane, each) + split(cloud.select(~chosen), plane, each)
 
 
 def _cuts(values: Floats, span: Floats) -> list[float | None]:

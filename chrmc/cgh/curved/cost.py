@@ -4,16 +4,19 @@ Clusters, nodes, sub-clusters and terms are those of the real sum; of many clust
 sub-clusters, a few are planned and stand for the others.
 """
 
+from math import ceil
+
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.counts import OperationCounts
+from chrmc.cgh.counts import OperationCounts, product
 from chrmc.cgh.curved import baseband, clusters
 from chrmc.cgh.curved.baseband import Axes
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import SMALL
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, readable
+from chrmc.cgh.curved.tables import MOST_AT_ONCE
 from chrmc.cgh.curved.verify import waves_looked_at
 from chrmc.cgh.curved.wave import Reference
 from chrmc.scene.points import PointCloud
@@ -21,17 +24,25 @@ from chrmc.scene.points import PointCloud
 Floats = NDArray[np.float64]
 
 _TRIED = 3  # clusters that are planned
+_MANY = 20_000  # points from which some stand for all
 _SOME = 4000  # points whose places give a cluster's nodes
 
 # As measured, beside what is counted: steps of Python of a hologram, a cluster, a sub-cluster, a
 # term of a series, a block of pixels; bytes for each node and term; table entries and waves in
 # phasors.
-_HOLOGRAM, _CLUSTER, _LEAF, _TERM = 3000.0, 6000.0, 8000.0, 150.0
-_NODE, _BLOCK = 320.0, 60.0
-_ENTRY, _WAVE = 3.0, 8.0
+_HOLOGRAM, _CLUSTER, _LEAF, _TERM = 5000.0, 6500.0, 8000.0, 150.0
+_NODE, _BLOCK = 700.0, 80.0
+_ENTRY, _WAVE = 4.2, 8.0
+_FETCHED = 1.25  # of a product's time, its matrices being out of the cache
 _TIGHT, _AGAIN = 2e-5, 1.4  # tolerances that take a second attempt, now and then
 _TRANSFORMED, _TRANSFORMS = 200.0, 5e4  # phasors of a point that is transformed, steps beside
-_THIN, _SHORT = 1.5, 60.0  # small products against the machine's best; points of short ones
+_FILTERS = 3e7  # phasors of the filters without which there are no transforms
+
+
+def some_of(cloud: PointCloud) -> tuple[PointCloud, float]:
+    """Points that stand for all of a cloud, and how many each stands for."""
+    some = cloud.select(slice(None, None, ceil(len(cloud) / _MANY))) if len(cloud) else cloud
+    return some, len(cloud) / max(1, len(some))
 
 
 def cost_of(
@@ -40,16 +51,19 @@ def cost_of(
     plane: Plane,
     tolerance: float,
     parts: list[PointCloud] | None = None,
+    each: float = 1.0,
 ) -> OperationCounts:
     """Of a cloud's signal on all pixels.
 
     parts : its clusters, where they are known
+    each : points that one of them stands for
     """
     pixels = lines[0].count * lines[1].count
     if len(cloud) * pixels <= SMALL:
         return OperationCounts(phasors=_WAVE * len(cloud) * pixels, calls=200.0)
     if parts is None:
-        parts = clusters.split(cloud, plane)
+        some, each = some_of(cloud)
+        parts = clusters.split(some, plane, each)
     ordered = sorted(parts, key=len)
     tried = [ordered[i] for i in sorted(set(np.linspace(0, len(parts) - 1, _TRIED).astype(int)))]
     total = OperationCounts(
@@ -60,14 +74,16 @@ def cost_of(
     )
     again = 1.0 if tolerance > _TIGHT else _AGAIN
     for part in tried:
-        total += _of_cluster(part, lines, plane, tolerance).times(again * len(parts) / len(tried))
+        one = _of_cluster(part, lines, plane, tolerance, each)
+        total += one.times(again * len(parts) / len(tried))
     return total
 
 
 def _of_cluster(
-    cloud: PointCloud, lines: tuple[Line, Line], plane: Plane, tolerance: float
+    cloud: PointCloud, lines: tuple[Line, Line], plane: Plane, tolerance: float, each: float
 ) -> OperationCounts:
     """From points to pixels."""
+    count = round(each * len(cloud))
     box = clusters.bounding_box(cloud.positions)
     reference = clusters.reference_of(box, plane)
     some = cloud.select(slice(None, None, max(1, len(cloud) // _SOME)))
@@ -75,29 +91,32 @@ def _of_cluster(
     total = OperationCounts(calls=_CLUSTER)
     if not axes[0].blocks or not axes[1].blocks:
         return total
-    total += pixels_from(axes, lines[0].count)
+    total += pixels_from(axes)
     nodes = len(axes[0].nodes), len(axes[1].nodes)
-    if len(cloud) >= MANY_POINTS and readable(some, axes, reference, plane, tolerance):
-        return total + OperationCounts(
-            phasors=_TRANSFORMED * len(cloud), calls=_TRANSFORMS, memory=140.0 * len(cloud)
-        )
-    grid = clusters.leaf_grid(box, len(cloud), nodes, plane)
+    if count >= MANY_POINTS:
+        total += OperationCounts(phasors=_FILTERS)
+        if readable(some, axes, reference, plane, tolerance):
+            return total + OperationCounts(
+                phasors=_TRANSFORMED * count, calls=_TRANSFORMS, memory=140.0 * count
+            )
+    grid = clusters.leaf_grid(box, count, nodes, plane)
     if grid == (1, 1):
-        return total + _of_sums(cloud, axes, reference, plane, tolerance)
-    aim = baseband.LEAF_SHARE * tolerance
+        return total + _of_sums(cloud, axes, reference, plane, tolerance, count)
+    share = baseband.LEAF_SHARE * tolerance
     leaf, number = _a_leaf(cloud, some, box, grid)
     centre = clusters.reference_of(clusters.bounding_box(leaf.positions), plane)
-    behind = baseband.axes_behind(axes, leaf, centre, plane, baseband.NODE_SHARE * aim)
-    one = _of_sums(leaf, behind, centre, plane, aim)
+    behind = baseband.axes_behind(axes, leaf, centre, plane, baseband.NODE_SHARE * share)
+    one = _of_sums(leaf, behind, centre, plane, share, max(1, round(each * len(leaf))))
     few = len(behind[0].nodes), len(behind[1].nodes)
     one += OperationCounts(
-        products=4.0 * (few[1] * few[0] * nodes[0] + few[1] * nodes[0] * nodes[1]),
+        products=product(2 * few[1], 2 * few[0], nodes[0])
+        + product(nodes[1], 2 * few[1], nodes[0]),
         bytes=24.0 * nodes[0] * nodes[1],
         calls=_LEAF,
     )
-    each = len(cloud) / (number * max(1, len(leaf)))
+    held = len(cloud) / (number * max(1, len(leaf)))
     # Points of a leaf like this one make most of its work.
-    return total + one.times(number * min(max(each, 0.5), 2.0))
+    return total + one.times(number * min(max(held, 0.5), 2.0))
 
 
 def _a_leaf(
@@ -117,40 +136,42 @@ def _a_leaf(
 
 
 def _of_sums(
-    cloud: PointCloud, axes: Axes, reference: Reference, plane: Plane, tolerance: float
+    cloud: PointCloud, axes: Axes, reference: Reference, plane: Plane, tolerance: float, count: int
 ) -> OperationCounts:
-    """Of points at nodes, by one series."""
-    count = float(len(cloud))
-    series = baseband.series_for(cloud, axes, reference, plane, tolerance)
+    """Of `count` points like these at nodes, by one series."""
+    series = baseband.series_for(cloud, axes, reference, plane, tolerance, count)
     if series is None:
         return OperationCounts(phasors=_WAVE * count * len(axes[0].nodes) * len(axes[1].nodes))
     total = OperationCounts()
-    for level in baseband.levels_for(cloud, axes, reference, plane, tolerance, series)[0]:
+    for level in baseband.levels_for(cloud, axes, reference, plane, tolerance, series, count)[0]:
         terms = len(range(*level.terms.indices(series.terms)))
         nx, ny = len(level.axis_x.nodes), len(level.axis_y.nodes)
         wide = 1.0 if level.precision is np.float32 else 2.0
+        held = min(count, MOST_AT_ONCE)
+        times = wide * terms * count / held
         total += OperationCounts(
-            products=(1 + min(1.0, _SHORT / count)) * wide * 3 * terms * count * nx * ny,
+            products=3 * _FETCHED * times * product(ny, held, nx),
             phasors=wide * _ENTRY * count * (nx + ny),
-            bytes=wide * terms * (_NODE * nx * ny + 24 * count * ny),
-            calls=_TERM * terms,
-            memory=wide * (12 * min(count, 4096) * (nx + ny) + 8 * terms * nx * ny),
+            bytes=times * (_NODE * nx * ny + 24 * held * ny),
+            calls=_TERM * terms * ceil(count / held),
+            memory=wide * (12 * held * (nx + ny) + 8 * terms * nx * ny),
         )
     return total
 
 
-def pixels_from(axes: Axes, width: int) -> OperationCounts:
+def pixels_from(axes: Axes) -> OperationCounts:
     """From the baseband at the nodes to pixels."""
     ny = len(axes[1].nodes)
     products = bytes_ = 0.0
-    blocks = len(axes[0].blocks) + len(axes[1].blocks)
     for block in axes[0].blocks:
-        products += 4.0 * ny * block.node_count * block.target_count
+        products += product(2 * ny, 2 * block.node_count, block.target_count)
         bytes_ += 40.0 * block.node_count * block.target_count
-    covered = axes[0].targets
+    width = axes[0].targets.stop - axes[0].targets.start
     for block in axes[1].blocks:
-        products += 2.0 * block.target_count * block.node_count * (covered.stop - covered.start)
-    bytes_ += 16.0 * ny * width
+        products += product(block.target_count, 2 * block.node_count, width)
     return OperationCounts(
-        products=_THIN * products, bytes=bytes_, calls=_BLOCK * blocks, memory=8.0 * ny * width
-    )  # fmt: skip
+        products=_FETCHED * products,
+        bytes=bytes_ + 16.0 * ny * width,
+        calls=_BLOCK * (len(axes[0].blocks) + len(axes[1].blocks)),
+        memory=8.0 * ny * width,
+    )

@@ -108,7 +108,7 @@ def cost(
             mean = fresh + once.times(1 / min(frames, choice.frames))
             out.append(ObjectCost(thing.name, fresh + once, mean, f"afresh: {choice.why}"))
             continue
-        shown = pixels_from(plan.axes, lines[0].count)
+        shown = pixels_from(plan.axes)
         # Looked up, it takes the counted share of what summing its points would.
         sums = sums_of(fresh, shown)
         mean = sums.times(choice.reused / choice.fresh) + shown + OperationCounts(
