@@ -31,7 +31,7 @@ _POINTS = 256  # whose tables are held at once
 _BLOCK = 1 << 15  # pixels a thread works on at once: its few buffers stay in the cache
 _ALLOWED = 4e-6  # expected error up to which single precision will do; some pixels see twice that
 _WAVE, _REST = 1.7e-7, 6e-7  # error of a wave in float32, and for each wavelength of its `rest`
-_DOUBLE = 3.5  # of the time, in double precision
+_DOUBLE = 5.5  # of the time, in double precision
 _ADDED = 3e-8  # of a sum, for each wave added to it, at random
 
 

@@ -12,6 +12,8 @@ import chrmc
 from chrmc.cgh import OperationCounts, method_named
 from chrmc.cgh.counts import KINDS
 from chrmc.encoding import coding_for
+from chrmc.optics.footprint import coverage
+from chrmc.optics.passband import Passband
 from chrmc.planning import rates
 from chrmc.planning.choices import Choice, pick, plan
 from chrmc.planning.rates import Rates
@@ -115,3 +117,15 @@ def test_rates_are_measured_kept_and_measured_anew_elsewhere(
     assert rates.kept_rates() is None
     monkeypatch.setenv("CHRMC_THREADS", "7")
     assert rates.rates_file() != file
+
+
+def test_waves_in_double_precision_count_for_more() -> None:
+    fine, band = chrmc.SLM("fine", 4500, 4000, 1e-6), Passband(4.9e5, 4.9e5)
+    method, window = method_named("rt"), Window.full(fine)
+    assert method.cost is not None
+    phasors = {}
+    for depth in (5e-3, 1e-1):  # steep waves, and all but flat ones
+        cloud = chrmc.PointCloud(np.array([[0, 0, depth]]), np.ones(1), np.zeros(1))
+        lit = float(coverage(cloud, fine, 532e-9, band).sum()) * window.size
+        phasors[depth] = method.cost(cloud, fine, 532e-9, window, band).phasors / lit
+    assert phasors[5e-3] > 3 * phasors[1e-1]
