@@ -66,8 +66,18 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     "chrmc/optics/propagation.py": [
         ("return ceil(2 * sqrt(", "2 → 3", "a wider margin costs time"),
         ("walk = spread(self.wavelength, f_max", "1 → 2", "a wider margin costs time"),
+        ("walk = spread(self.wavelength, f_max", "spread(self.wavelength, f_max, self.longest) / p "
+         "+ 1 → (spread(self.wavelength, f_max, self.longest) / p - 1)", "a sample of a soft cut"),
         ("padded.append(", "False → True", "another quick length of a transform"),
         ("if rows * x.grid", "", "which of two equal products is quicker"),
+        ("if self.grid[0] * self.grid[1] >", "self.grid[0] * self.grid[1] > MOST_SAMPLES → "
+         "(self.grid[0] * self.grid[1] >= MOST_SAMPLES)", "one grid of one size"),
+        ("ramp = (np.arange(min(soft", "0.5 → 1.0", "half a sample along a soft cut"),
+        ("ramp = (np.arange(min(soft", "np.arange(min(soft, count)) + 0.5 → "
+         "(np.arange(min(soft, count)) - 0.5)", "the same"),
+    ],
+    "chrmc/encodings/binary.py": [
+        ("lit = line >= 0.5", "line >= 0.5 → (line > 0.5)", "a dark field's even grey"),
     ],
     "chrmc/encodings/phase.py": [
         ("return levels_of(np.angle(field) + apart", "", "the checkerboard's other half"),
@@ -80,6 +90,8 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("rows, columns = (scipy.fft.next_fast_len(2 * n", "", "more dark room beside the light"),
         ("walk = ceil(spread(", "", "what would come round the grid, its transfer function cuts"),
         ("rows, columns = (scipy.fft.next_fast_len(n + 2 * walk", "", "the same"),
+        ("(np.where(np.arange(g)", "np.arange(g) < (n + g) // 2 → (np.arange(g) <= (n + g) // 2)",
+         "a sample in the middle of the dark"),
     ],
     "chrmc/cgh/curved/verify.py": [
         ("if relative < min(_OPEN", "2 → 3", "when more pixels are drawn, not what they say"),

@@ -7,6 +7,7 @@ depth are in focus.
 
 from dataclasses import dataclass
 from math import ceil, isfinite, sqrt
+from sys import maxsize
 from typing import Any
 
 import numpy as np
@@ -231,7 +232,7 @@ class Propagator:
                 f"propagation over {self.longest:g} m at wavelength {wavelength:g} m spreads over "
                 f"{self.grid[1]} × {self.grid[0]} samples: too many for memory; go less far"
             )
-        self._transfers = Kept(limit=1 << 40, most=keep)
+        self._transfers = Kept(limit=maxsize, most=keep)
 
     @property
     def grid(self) -> tuple[int, int]:

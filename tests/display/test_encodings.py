@@ -196,3 +196,12 @@ def test_the_panels_fill_factor_dims_the_edges_of_the_band():
     energy = [FourF(slm, 532e-9).energy(frame) for slm in (full, half)]
     assert energy[1].image < 0.3 * energy[0].image  # at most fill² of it
     assert energy[1].image > 0.1 * energy[0].image
+
+
+@pytest.mark.parametrize("name", CODINGS)
+@pytest.mark.filterwarnings("error")
+def test_a_dark_field_is_encoded_and_shows_no_picture(name):
+    frame = encode(np.zeros(PANEL.shape, dtype=np.complex64), PANEL, name)
+    light = np.abs(decode_field(frame, PANEL, name))
+    # A kinoform has no dark: its panel sends all of its light straight on.
+    assert np.allclose(light, 1 if name == "kinoform" else 0, atol=5e-3)

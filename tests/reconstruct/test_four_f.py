@@ -382,3 +382,34 @@ def test_a_scale_must_be_positive_and_an_account_is_a_share():
     account = FourF(SLM_, LAMBDA).energy(frame)
     assert account.efficiency == pytest.approx(account.image / account.incident)
     assert 0 < account.efficiency < 1
+
+
+def test_a_panel_knows_its_fill_factor_and_a_bench_may_say_another():
+    frame = np.random.default_rng(1).integers(0, 256, SLM_.shape, dtype=np.uint8)
+    sparse = SLM("sparse", 192, 160, P, fill_factor=0.64)
+
+    def wave(slm, fill):
+        return FourF(slm, LAMBDA, bench=Bench(fill_factor=fill)).fourier_plane(frame)
+
+    whole, dim = wave(SLM_, None), wave(SLM_, 0.64)
+    assert dim[0, 0] == pytest.approx(0.64 * whole[0, 0], rel=1e-5)
+    assert np.array_equal(wave(sparse, None), dim)
+    assert np.array_equal(wave(sparse, 0.25), wave(SLM_, 0.25))
+    full = SLM("full", 192, 160, P, fill_factor=1.0)
+    assert np.array_equal(wave(full, None), whole)
+
+
+def test_what_a_decoded_field_occupies():
+    nyquist = SLM_.nyquist
+    open_ = Bench(filter=Filter(aperture=3e-3))
+    either = Bench(filter=Filter(half_plane=False))
+    for encoding, bench, want in (
+        ("ssb", None, (nyquist, nyquist / 2)),
+        ("ssb", either, (nyquist, nyquist)),
+        ("real", None, (nyquist, nyquist)),
+        ("real", Bench(filter=Filter(half_plane=True)), (nyquist, nyquist)),
+        ("double-phase", None, (nyquist / 2, nyquist / 2)),
+        ("double-phase", open_, (nyquist, nyquist)),
+    ):
+        band = FourF(SLM_, LAMBDA, encoding, bench).band
+        assert (band.fx_max, band.fy_max) == want, (encoding, bench)

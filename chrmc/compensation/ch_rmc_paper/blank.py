@@ -79,8 +79,6 @@ def reusable(
                 low.append(float(flat[0].max()) + moved)
                 high.append(float(flat[1].min()) + moved)
         spans.append(_span(max(low), min(high), count, slm.pixel_pitch))
-    if min(spans[0][1], spans[1][1]) == 0:
-        return Window(0, 0, 0, 0)
     return Window(*spans[0], *spans[1])
 
 

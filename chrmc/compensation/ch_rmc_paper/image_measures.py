@@ -7,6 +7,7 @@ object's own area: PSNR and SSIM of the intensity, the centroid's shift, and bes
 from collections.abc import Callable
 from functools import partial
 from math import ceil, floor
+from sys import maxsize
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ def image_measures(
     image's), focus (m, depth of best focus), focus_shift (m, against the recomputed field's).
     Objects without light are left out.
     """
-    kept = Kept(limit=1 << 40, most=4)
+    kept = Kept(limit=maxsize, most=4)
 
     def image(field: NDArray[np.complex64], part: Window, depth: float) -> NDArray[np.complex64]:
         """Field near the object: on a kept plane first, then the crop to the depth itself."""

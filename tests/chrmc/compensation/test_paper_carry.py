@@ -200,3 +200,86 @@ def test_reused_and_filled_cover_the_footprint_once(
             tangent = reach(WAVELENGTH, passband.fx_max)
             assert np.abs(x_now - now[0]).max() <= 0.9 * now[2] * tangent + 1e-12
             assert np.abs(x_then - then[0]).max() <= 0.9 * then[2] * tangent + 1e-12
+
+
+def pixels(lit: np.ndarray) -> tuple[int, int]:
+    """First and one past the last of a mask, (0, 0) for none."""
+    index = np.flatnonzero(lit)
+    return (int(index[0]), int(index[-1]) + 1) if len(index) else (0, 0)
+
+
+def test_an_extent_is_the_smallest_window_of_all_footprints() -> None:
+    slm = SLM("small", 90, 60, 8.1e-6)
+    passband = coding_for("ssb", slm).passband
+    for place in ((1e-4, -5e-5, 2e-3), (0.0, 0.0, 4e-3), (3.5e-4, 2e-4, 1e-3), (0.0, 0.0, 0.1)):
+        cloud = chrmc.PointCloud(
+            np.array([place, (place[0] / 2, place[1], 2e-3)]), np.ones(2), np.zeros(2)
+        )
+        found = extent(cloud, slm, WAVELENGTH, passband)
+        lit = [np.zeros(60, dtype=bool), np.zeros(90, dtype=bool)]
+        for x, y, z in cloud.positions:
+            lit[0] |= np.abs(slm.y() - y) <= z * reach(WAVELENGTH, passband.fy_max)
+            lit[1] |= np.abs(slm.x() - x) <= z * reach(WAVELENGTH, passband.fx_max)
+        assert (found.row0, found.row1, found.column0, found.column1) == (
+            *pixels(lit[0]), *pixels(lit[1]),
+        )  # fmt: skip
+    assert extent(chrmc.PointCloud.empty(), slm, WAVELENGTH, passband).size == 0
+
+
+@pytest.mark.parametrize("by", [(20, 0), (-20, 0), (0, 11), (-7, -9), (0, 0), (480, 0), (0, -240)])
+def test_a_shift_leaves_what_it_brings_in_and_a_guard_beside_it(by: tuple[int, int]) -> None:
+    columns, rows = by
+    pitch, cloud = PANEL.pixel_pitch, body((0.0, 0.0, DEPTH), count=5)
+    motion = Translation((columns * pitch, rows * pitch, 0.0))
+    window = carried_window(
+        cloud, moved(cloud, motion), motion, PANEL, WAVELENGTH, coding_for("real", PANEL).passband
+    )
+
+    def kept(count: int, step: int) -> tuple[int, int]:
+        index = np.arange(count)
+        first, last = max(step + 6, 0) if step > 0 else 0, count - 1 + min(step - 6, 0)
+        return pixels((index >= first) & (index <= (last if step < 0 else count - 1)))
+
+    expected = *kept(240, rows), *kept(480, columns)
+    if max(expected) and window.size:
+        assert (window.row0, window.row1, window.column0, window.column1) == expected
+    else:
+        assert window.size == 0 and (expected[1] == expected[0] or expected[3] == expected[2])
+
+
+@pytest.mark.parametrize("z", [3e-3, -3e-3])
+def test_a_step_in_depth_leaves_what_light_from_outside_reaches(z: float) -> None:
+    """|z|·tan of the widest angle and two Fresnel zones in from every side, edges left out."""
+    passband = coding_for("real", PANEL).passband
+    cloud = body((0.0, 0.0, DEPTH), count=5)
+    motion = Translation((0.0, 0.0, z))
+    window = carried_window(cloud, moved(cloud, motion), motion, PANEL, WAVELENGTH, passband)
+    margin = abs(z) * reach(WAVELENGTH, PANEL.nyquist) + 2 * np.sqrt(WAVELENGTH * abs(z))
+    clear = [np.abs(t) <= np.abs(t).max() - margin for t in (PANEL.y(), PANEL.x())]
+    assert (window.row0, window.row1, window.column0, window.column1) == (
+        *pixels(clear[0]), *pixels(clear[1]),
+    )  # fmt: skip
+    # Near the panel's edge footprints end on it, and they widen: only their flat parts serve.
+    slm = SLM("wide", 1600, 60, 8.1e-6)
+    aside = body((4e-3, 0.0, 0.1), count=5)
+    window = carried_window(aside, moved(aside, motion), motion, slm, WAVELENGTH, passband)
+    before, after = aside.positions, moved(aside, motion).positions
+    flat = np.ones(1600, dtype=bool)
+    for x, _, deep in (*before, *after):
+        flat &= np.abs(slm.x() - x) <= 0.9 * deep * reach(WAVELENGTH, passband.fx_max)
+    flat &= np.abs(slm.x()) <= slm.x()[-1] - margin
+    assert (window.column0, window.column1) == pixels(flat)
+
+
+def test_a_motion_below_a_pixel_of_footprint_keeps_their_edges() -> None:
+    passband = coding_for("real", PANEL).passband
+    near = body((0.0, 0.0, 0.02), count=5)
+    for pixel, whole in ((0.98, True), (1.02, False)):
+        z = pixel * PANEL.pixel_pitch / reach(WAVELENGTH, passband.fx_max)
+        motion = Translation((0.0, 0.0, z))
+        window = carried_window(near, moved(near, motion), motion, PANEL, WAVELENGTH, passband)
+        flat = [
+            (np.abs(PANEL.x() - x) <= 0.9 * deep * reach(WAVELENGTH, passband.fx_max))
+            for x, _, deep in near.positions
+        ]
+        assert (window.column1 - window.column0 > np.all(flat, axis=0).sum()) == whole

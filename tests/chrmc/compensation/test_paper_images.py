@@ -64,3 +64,47 @@ def test_noise_lowers_psnr_as_it_must(truth: np.ndarray) -> None:
     ]
     # Cross terms of light and noise grow with the amplitude: 12 dB for a factor of 4.
     assert values[0] - values[1] == pytest.approx(12, abs=3)
+
+
+def place(x: float, y: float, seed: int = 2) -> ObjectFrame:
+    rng = np.random.default_rng(seed)
+    positions = rng.uniform(-1, 1, (25, 3)) * [2e-4, 1e-4, 0] + [x, y, DEPTH]
+    return ObjectFrame("thing", chrmc.PointCloud(positions, np.ones(25), rng.uniform(0, 6, 25)))
+
+
+@pytest.mark.parametrize("sides", [(0, 0), (1, 1), (-1, -1), (0, 1), (-1, 0)])
+def test_an_object_at_the_panels_border_is_measured_like_one_in_its_middle(
+    sides: tuple[int, int],
+) -> None:
+    """Its own light moved by whole pixels: the shift is told, rows and columns apart."""
+    edge = PANEL.x()[-1]
+    x, y = sides[0] * (edge - 3e-4), sides[1] * (edge - 2e-4)
+    pitch = PANEL.pixel_pitch
+    thing = place(x, y)
+    truth = field_of(thing)
+    moved = field_of(place(x - 4 * pitch, y + 2 * pitch if y <= 0 else y - 2 * pitch))
+    frame = SceneFrame(1, (thing,))
+    found = image_measures(PANEL, WAVELENGTH)(moved, truth, frame)["thing"]
+    assert found["shift_x"] == pytest.approx(-4 * pitch, rel=0.12)
+    assert found["shift_y"] == pytest.approx(2 * pitch * (1 if y <= 0 else -1), rel=0.2)
+    same = image_measures(PANEL, WAVELENGTH)(truth, truth, frame)["thing"]
+    assert same["focus"] == pytest.approx(DEPTH, abs=6e-5)
+
+
+def test_only_the_objects_own_area_counts(truth: np.ndarray) -> None:
+    """Light beside it by more than the margin is not its own; an object off the panel has none."""
+    beside = field_of(place(1.2e-3, 1.2e-3, 5))
+    clean, noisy = measured(truth, truth), measured(truth + beside, truth)
+    assert noisy["psnr"] > 25
+    assert abs(noisy["shift_x"]) < 4e-6 and abs(noisy["shift_y"]) < 4e-6
+    assert noisy["focus"] == pytest.approx(clean["focus"], abs=4e-5)
+    off = ObjectFrame("off", chrmc.PointCloud(np.array([[0.1, 0.0, DEPTH]]), [1.0], [0.0]))
+    assert image_measures(PANEL, WAVELENGTH)(truth, truth, SceneFrame(1, (off,))) == {}
+
+
+@pytest.mark.parametrize("by", [1.1e-4, -3.7e-4, 6e-4])
+def test_best_focus_is_found_between_the_depths_that_are_tried(
+    truth: np.ndarray, by: float
+) -> None:
+    far = measured(propagate(truth, PANEL.pixel_pitch, WAVELENGTH, by), truth)
+    assert far["focus_shift"] == pytest.approx(by, abs=3e-5)

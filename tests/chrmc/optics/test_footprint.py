@@ -155,3 +155,15 @@ def test_expected_power_and_coverage_end_at_the_outer_pixels_edges(at: tuple[flo
             share *= np.mean(np.abs(fine - place) <= half)
         assert expected_power(cloud, slm, WAVELENGTH, band)[0] == pytest.approx(power, rel=2e-3)
         assert coverage(cloud, slm, WAVELENGTH, band)[0] == pytest.approx(share, rel=2e-3, abs=1e-9)
+
+
+@pytest.mark.parametrize(("light", "shown"), [(1.02e-18, True), (0.98e-18, False),
+                                              (0.98e18, True), (1.02e18, False)])  # fmt: skip
+def test_light_that_single_precision_cannot_hold_is_refused(light: float, shown: bool) -> None:
+    cloud = chrmc.PointCloud(np.array([[0.0, 0.0, 0.2]]), np.full(1, -0.2 * light), np.zeros(1))
+    try:
+        check_showable(cloud, LC_R_1080, WAVELENGTH, full_band(LC_R_1080))
+        told = ""
+    except ValueError as problem:
+        told = str(problem)
+    assert ("single precision holds 1e-18 to 1e+18" in told) != shown

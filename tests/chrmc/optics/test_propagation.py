@@ -248,3 +248,32 @@ def test_too_long_a_distance_is_refused():
         made(np.ones((32, 33), dtype=complex), 1e-3)
     with pytest.raises(ValueError, match="pitch"):
         Patch((0, 0), (3, 3), 0.0)
+
+
+def test_a_narrower_band_runs_on_a_smaller_grid_along_its_own_axis():
+    shape, nyquist = (400, 400), 0.5 / P
+    whole = Propagator(shape, P, LAMBDA, 0.05).grid
+    half = Propagator(shape, P, LAMBDA, 0.05, band=Passband(nyquist, nyquist / 2)).grid
+    assert half[0] < whole[0] and half[1] == whole[1]
+    half = Propagator(shape, P, LAMBDA, 0.05, band=Passband(nyquist / 2, nyquist)).grid
+    assert half[0] == whole[0] and half[1] < whole[1]
+    # What lies beyond Nyquist is not in the samples.
+    assert Propagator(shape, P, LAMBDA, 0.05, band=Passband(9 * nyquist, 9 * nyquist)).grid == whole
+
+
+@pytest.mark.parametrize("at", [0, -1500, 1500])
+def test_what_is_left_out_of_the_input_is_cut_softly(at):
+    """A long bright line, of which a patch needs a part: no edge of the cut shows in it."""
+    shape, distance = (3, 4096), 4e-3
+    wave = np.exp(2j * np.pi * 0.1 * np.arange(4096)) * window(4096, 0.05)
+    field = np.tile(wave, (3, 1))
+    small = Propagator(shape, P, LAMBDA, distance, Patch((0.0, at * P), (3, 64), P))
+    assert small.grid[1] < 1000
+    want = Propagator(shape, P, LAMBDA, distance)(field, distance)
+    assert relative(small(field, distance), want[:, 2016 + at : 2080 + at]) < 1e-3
+
+
+def test_grids_that_memory_cannot_hold_are_refused_by_their_area():
+    with pytest.raises(ValueError, match="too many for memory"):
+        Propagator((9000, 9000), P, LAMBDA, 5.0)
+    assert max(Propagator((40_000, 4), P, LAMBDA, 0.1).grid) > 40_000

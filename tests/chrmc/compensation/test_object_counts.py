@@ -1,0 +1,95 @@
+"""Whether a sphere pays is counted, from shapes alone: the same on every machine.
+
+The figures are those that the measured weights give; who changes one measures it anew.
+"""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from chrmc import LC_R_1080, WAVELENGTH, PointCloud
+from chrmc.cgh.curved.interface import lines_of, plane_of
+from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, Choice, choose
+from chrmc.compensation.ch_rmc_object.plan import outline_of, planned
+from chrmc.encoding import coding_for
+from chrmc.scene.scene import ObjectFrame, Pose
+from chrmc.window import Window
+
+
+def body(count: int, size: tuple[float, float, float]) -> PointCloud:
+    random = np.random.default_rng(1)
+    return PointCloud((random.random((count, 3)) - 0.5) * size, np.ones(count), np.zeros(count))
+
+
+def chosen(
+    count: int, size: tuple[float, float, float], turn: tuple[float, float, float],
+    frames: int, tolerance: float, most: int = MOST_VALUES, always: bool = False,
+) -> Choice:  # fmt: skip
+    """For a body that turns by so much a frame, near the left edge."""
+    points = body(count, size)
+    poses = [
+        Pose(Rotation.from_rotvec(np.array(turn) * k).as_matrix(), np.array([-3e-3, 5e-4, 0.25]))
+        for k in range(frames)
+    ]
+    cloud = PointCloud(poses[0].apply(points.positions), points.amplitude, points.phase)
+    thing = ObjectFrame("body", cloud, points, np.arange(count), poses[0])
+    window, passband = Window.full(LC_R_1080), coding_for("ssb", LC_R_1080).passband
+    plane = plane_of(LC_R_1080, WAVELENGTH, window, passband)
+    lines = lines_of(LC_R_1080, window)
+    outline = outline_of(points)
+    plan = planned(thing, outline, lines, plane, tolerance)
+    return choose(plan, outline, poses, lines, plane, tolerance, most, always)
+
+
+CAR = (4e-3, 2e-3, 3e-3)
+
+
+@pytest.mark.parametrize(
+    ("count", "size", "turn", "frames", "tolerance", "parts", "length", "fresh", "reused"),
+    [
+        (500, (1e-3, 1e-3, 1e-3), (0, 0.01, 0), 20, 1e-3, None, 32, 5.341e8, 1.170e9),
+        (3000, CAR, (0, 2e-3, 0), 40, 1e-3, None, 32, 4.214e9, 5.157e9),
+        (3000, CAR, (1e-3, 5e-3, 2e-3), 80, 1e-3, None, 32, 4.214e9, 6.632e9),
+        (3000, CAR, (0, 0.5, 0), 10, 1e-3, None, 32, 4.214e9, np.inf),
+        (20_000, (4e-3, 3e-3, 2e-3), (0, 3e-3, 0), 80, 1e-3, (4, 4, 1), 80, 1.339e10, 1.327e10),
+        (40_000, CAR, (0, 1e-3, 0), 80, 1e-3, (4, 2, 1), 80, 1.010e10, 8.695e9),
+    ],
+)
+def test_what_a_sphere_and_a_sum_afresh_count(
+    count: int, size: tuple[float, float, float], turn: tuple[float, float, float], frames: int,
+    tolerance: float, parts: tuple[int, int, int] | None, length: int, fresh: float, reused: float,
+) -> None:  # fmt: skip
+    found = chosen(count, size, turn, frames, tolerance)
+    assert (found.parts, found.frames) == (parts, length)
+    assert (found.fresh, found.reused) == (
+        pytest.approx(fresh, rel=1e-2), pytest.approx(reused, rel=1e-2),
+    )  # fmt: skip
+    assert found.cost == (found.fresh if parts is None else found.reused)
+    words = "for up to 80 frames" if parts else "no chart" if reused == np.inf else "would cost"
+    assert words in found.why
+
+
+def test_reuse_may_be_wanted_whatever_it_costs_and_memory_may_forbid_it() -> None:
+    wanted = chosen(3000, CAR, (0, 2e-3, 0), 40, 1e-3, always=True)
+    assert wanted.parts is not None and wanted.frames == 40
+    assert wanted.reused > wanted.fresh
+    narrow = chosen(40_000, CAR, (0, 1e-3, 0), 80, 1e-3, most=1000)
+    assert narrow.parts is None and narrow.reused == np.inf
+
+
+def test_an_outline_holds_all_points_and_little_more() -> None:
+    few = body(1900, CAR)
+    assert np.allclose(outline_of(few).rim, few.positions, atol=1e-18)
+    points = body(9000, CAR)
+    points = PointCloud(
+        Rotation.from_rotvec([0.4, -0.7, 0.2]).apply(points.positions) + np.array([0.1, -0.2, 0.3]),
+        points.amplitude, points.phase,
+    )  # fmt: skip
+    outline = outline_of(points)
+    assert len(outline.rim) <= 200
+    own, rim = points.positions - outline.middle, outline.rim - outline.middle
+    assert outline.size == pytest.approx(float(np.linalg.norm(own, axis=1).max()), rel=1e-12)
+    random = np.random.default_rng(4).normal(size=(500, 3))
+    ways = random / np.linalg.norm(random, axis=1)[:, None]
+    farthest, found = (own @ ways.T).max(axis=0), (rim @ ways.T).max(axis=0)
+    assert np.all(found >= 0.998 * farthest) and np.all(found <= 1.021 * farthest)
