@@ -85,6 +85,15 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     "chrmc/grey_levels.py": [
         ("if coding.carrier == 0", "0 → 1", "the product with a carrier of 1 is the same"),
         ("_BLOCK = ", "", "rows at a time"),
+        ("if bits < 8", "bits < 8 → (bits <= 8)", "of 256 levels all are allowed"),
+    ],
+    "chrmc/compensation/ch_rmc_paper/image_measures.py": [
+        ("high = min(count, ceil(at.max())", "1 → 2", "a dark pixel of a margin of twelve"),
+        ("high = min(count, ceil(at.max())", "ceil(at.max()) + MARGIN + 1 → "
+         "(ceil(at.max()) + MARGIN - 1)", "two dark pixels of it"),
+    ],
+    "chrmc/compensation/ch_rmc_paper/paper.py": [
+        ("extraction = (time", "", "seconds of a stage"),
     ],
     "reconstruct/four_f_system.py": [
         ("rows, columns = (scipy.fft.next_fast_len(2 * n", "", "more dark room beside the light"),

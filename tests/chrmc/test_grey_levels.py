@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from chrmc.grey_levels import encode, encode_signal
+from chrmc.grey_levels import allowed_levels, encode, encode_signal
+from chrmc.response import GreyResponse
 from chrmc.slm import SLM
 
 PANEL = SLM("s", 16, 12, 40e-6)
@@ -56,3 +57,13 @@ def test_where_single_precision_ends(peak: float, shown: bool) -> None:
     else:
         with pytest.raises(ValueError, match="single precision is safe"):
             encode(field, PANEL)
+
+
+@pytest.mark.parametrize("bits", [1, 2, 6])
+def test_a_panel_of_few_bits_takes_the_nearest_of_its_levels_with_a_map_too(bits: int) -> None:
+    signal = np.random.default_rng(1).uniform(-1, 1, PANEL.shape).astype(np.float32)
+    levels = np.linspace(0, 1, 256) ** 0.7
+    plain = encode_signal(signal, 1.0, GreyResponse(levels), bits=bits)
+    mapped = encode_signal(signal, 1.0, GreyResponse(levels, tilt=np.zeros((256, 2))), bits=bits)
+    assert set(np.unique(mapped)) <= set(allowed_levels(bits).tolist())
+    assert np.mean(plain != mapped) < 0.03  # where two levels are as near as each other

@@ -205,3 +205,35 @@ def test_a_dark_field_is_encoded_and_shows_no_picture(name):
     light = np.abs(decode_field(frame, PANEL, name))
     # A kinoform has no dark: its panel sends all of its light straight on.
     assert np.allclose(light, 1 if name == "kinoform" else 0, atol=5e-3)
+
+
+def test_what_each_encoding_occupies_and_uses():
+    nyquist = PANEL.nyquist
+    half, lifted, full = (nyquist, nyquist / 2), nyquist / 2, (nyquist, nyquist)
+    table = {  # passband, carrier, from the field, limited, one half plane, round the zero order
+        "ssb": (half, lifted, False, True, True, False),
+        "real": (full, 0, False, False, False, False),
+        "bipolar": (half, lifted, False, False, True, False),
+        "burch": (half, lifted, False, False, True, False),
+        "offaxis": (half, lifted, True, False, True, False),
+        "error-diffusion": (half, lifted, True, True, True, False),
+        "lee": (half, lifted, True, True, True, False),
+        "double-phase": ((nyquist / 2, nyquist / 2), 0, True, True, False, True),
+        "kinoform": (full, 0, True, False, False, True),
+    }
+    assert set(table) == set(CODINGS)
+    for name, wanted in table.items():
+        one = coding_for(name, PANEL)
+        band = one.passband.fx_max, one.passband.fy_max
+        found = band, one.carrier, one.needs_field, one.limits, one.half_plane, one.zero_order
+        assert found == wanted, name
+        assert one.bits == (1 if name in BINARY else None)
+
+
+def test_a_field_that_keeps_to_its_band_is_not_filtered_again():
+    """What is told to be limited is taken as it is, as by the encoding without the filter."""
+    rng = np.random.default_rng(3)
+    field = (rng.normal(size=PANEL.shape) + 1j * rng.normal(size=PANEL.shape)).astype(np.complex64)
+    taken = encode(field, PANEL, "ssb", 4.0, band_limited=True)
+    assert np.array_equal(taken, encode(field, PANEL, "bipolar", 4.0))
+    assert not np.array_equal(taken, encode(field, PANEL, "ssb", 4.0))

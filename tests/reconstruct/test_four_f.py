@@ -300,7 +300,9 @@ def test_lens_apertures_vignette():
 def test_edges_light_up_the_panels_border():
     """With darkness around, the bias is cut off sharply, and its border shows."""
     frame = np.full(SLM_.shape, 128, dtype=np.uint8)
-    image = np.abs(FourF(SLM_, LAMBDA, bench=Bench(edges=True)).field(frame)) ** 2
+    system = FourF(SLM_, LAMBDA, bench=Bench(edges=True))
+    assert system.fourier_plane(frame).shape == (320, 384)
+    image = np.abs(system.field(frame)) ** 2
     assert image[:6].mean() > 5 * image[70:90].mean() > 0
 
 

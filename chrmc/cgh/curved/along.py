@@ -1,4 +1,4 @@
-"""Waves along one axis of the hologram, over the separable reference wave, as filters see them."""
+"""Waves along one axis of the hologram, over the separable reference wave."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from math import pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.wave import Reference, axis_cycles, phasors
+from chrmc.cgh.curved.wave import Reference, Wave, axis_cycles, phasors
 from chrmc.optics.footprint import taper
 
 Floats = NDArray[np.float64]
@@ -80,6 +80,23 @@ def across(targets: tuple[float, float], centre: float) -> Across:
     side = 1.0 if ends[1] > ends[0] else -1.0
     away = [sqrt(least + part * (max(ends) - least)) for part in (0.1, 0.75)]
     return Across((centre + side * away[0], centre + side * away[1]), centre)
+
+
+def waves_along(wave: Wave, axis: int, points: Floats, across: Floats | None = None) -> Along:
+    """Waves of points (3, N) along x (0) or y (1).
+
+    across : (N,) place on the other axis where each is looked at; None without what is not
+        separable
+    """
+    one = wave.reference
+    far, centre, z_centre = ((one.far_y, one.x, one.z_x), (one.far_x, one.y, one.z_y))[axis]
+    rest = None
+    if across is not None:
+        place = points[1 - axis][:, None]
+        rest = rest_along(one, axis, across[:, None], place, wave.wavelength)
+    return Along(
+        points[axis], points[2], far, wave.reach[axis], centre, z_centre, wave.wavelength, rest
+    )
 
 
 def rest_along(

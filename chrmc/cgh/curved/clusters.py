@@ -91,15 +91,12 @@ def _kappas(box: Floats, plane: Plane) -> tuple[float, float]:
     A point at half the cluster's width differs by (width/2)/z in direction, one at its front or
     back by half the range of 1/z times the distance to the farthest target.
     """
-    (z_low, z_high) = float(box[2, 0]), float(box[2, 1])
+    z_low, z_high = box[2].tolist()
     both = []
-    for axis, (first, last, _) in enumerate((plane.x, plane.y)):
-        low, high = float(box[axis, 0]), float(box[axis, 1])
-        half = z_high * plane.reach[axis]
-        length = min(last, high + half) - max(first, low - half)
-        far = min(max(last - low, high - first), half)
-        sine = (high - low) / 2 / z_low + far * (1 / z_low - 1 / z_high) / 2
-        both.append(pi * min(sine, 2.0) / plane.wavelength * max(length, 0.0))
+    sizes = np.ptp(box[:2], axis=1).tolist()
+    for size, far, length in zip(sizes, farthest(box, plane), lit(box, plane), strict=True):
+        sine = size / 2 / z_low + far * (1 / z_low - 1 / z_high) / 2
+        both.append(pi * min(sine, 2.0) / plane.wavelength * length)
     return both[0], both[1]
 
 

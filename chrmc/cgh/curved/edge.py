@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve
 
-from chrmc.cgh.curved.along import Across, Along, across, rest_along
+from chrmc.cgh.curved.along import Across, Along, across, rest_along, waves_along
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Line, Run
-from chrmc.cgh.curved.predict import sample_points
-from chrmc.cgh.curved.wave import Reference
+from chrmc.cgh.curved.predict import sample_points, spots_of
+from chrmc.cgh.curved.wave import Reference, Wave
 from chrmc.optics.footprint import SOFT_SHARE
 from chrmc.scene.points import PointCloud
 
@@ -244,19 +244,11 @@ def readings_of(
     strength = scale * (cloud.amplitude * reference.modulus(cloud.positions[:, 2])) ** 2
     chosen, weight = sample_points(strength, cloud.positions)
     points = cloud.positions[chosen].T
-    spots = [np.resize(axis.nodes[[0, len(axis.nodes) // 2, -1]], len(chosen)) for axis in axes]
-    centres = (
-        (reference.far_y, reference.x, reference.z_x),
-        (reference.far_x, reference.y, reference.z_y),
-    )
+    spots = [spots_of(axis, len(chosen)) for axis in axes]
     light = [np.zeros(0)] * 2
-    tried: list[Along] = []
-    for i, (far, middle, z_middle) in enumerate(centres):
-        rest = rest_along(
-            reference, i, spots[1 - i][:, None], points[1 - i][:, None], plane.wavelength
-        )
-        common = far, plane.reach[i], middle, z_middle, plane.wavelength
-        tried.append(Along(points[i], points[2], *common, rest))
+    wave = Wave(reference, plane.wavelength, plane.reach)
+    tried = [waves_along(wave, i, points, spots[1 - i]) for i in range(2)]
+    for i in range(2):
         some = targets[i].places[:: max(1, targets[i].count // 64)]
         light[i] = np.mean(tried[i].weights(some) ** 2, axis=1) * targets[i].count
     total = float(weight @ (light[0] * light[1]))
@@ -264,7 +256,7 @@ def readings_of(
     along: list[Reading] = []
     missed, from_points = 0.0, []
     for i, own in enumerate(tried):
-        other = centres[1 - i][1]
+        other = tried[1 - i].centre
         aside = across(axes[1 - i].span, other)
         corners = np.array([(at, deep) for at in box[i] for deep in box[2]]).T
         models = tuple(

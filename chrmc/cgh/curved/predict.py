@@ -6,19 +6,19 @@ Errors of points with unrelated phases add in power. The light they are relative
 the baseband at the nodes.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import hypot, pi, sqrt
+from math import hypot, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.cgh.curved.along import Along, waves_along
 from chrmc.cgh.curved.assembly import Factor
 from chrmc.cgh.curved.clusters import bounding_box
 from chrmc.cgh.curved.nodes import Axis, Block
 from chrmc.cgh.curved.series import Remainder
-from chrmc.cgh.curved.wave import Wave, axis_cycles, by_curvature, phasors
-from chrmc.optics.footprint import taper
+from chrmc.cgh.curved.wave import Wave, by_curvature
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
@@ -80,16 +80,10 @@ def promise_kept(factors: Sequence[Factor], budget: Budget, tolerance: float, po
     return budget.relative <= error_allowed(factors, tolerance, points)
 
 
-def axis_powers(
-    axis: Axis,
-    targets: Floats,
-    wave: Callable[[Floats], NDArray[np.complex128]],
-    edge: Callable[[Floats], Floats],
-) -> tuple[Floats, Floats]:
+def axis_powers(axis: Axis, targets: Floats, along: Along) -> tuple[Floats, Floats]:
     """(N,) power of each point along one axis, and of its interpolation error, over targets.
 
-    wave : places on the axis to (N, places) waves of the points over the reference
-    edge : the same to their weights, which count only where a footprint ends
+    along : the points' waves; their weights count only where a footprint ends
     """
     # Panels of a run are alike: three of them stand for all.
     chosen: list[tuple[Block, bool, float]] = []
@@ -99,9 +93,9 @@ def axis_powers(
         times = sum(p.target_count for p in own) / max(1, sum(p.target_count for p in few))
         chosen += [(block, run.tapered, times) for block in few]
     if not chosen:
-        nothing = np.zeros(len(wave(axis.nodes[:0])))
+        nothing = np.zeros(len(along.x))
         return nothing, nothing
-    at_nodes = wave(np.concatenate([axis.nodes[block.nodes] for block, _, _ in chosen]))
+    at_nodes = along.waves(np.concatenate([axis.nodes[block.nodes] for block, _, _ in chosen]))
     at_least = 120 // len(at_nodes)  # the edge of a single point is easily missed
     picks, guesses, weights = [], [], []
     start = 0
@@ -115,14 +109,14 @@ def axis_powers(
         values = at_nodes[:, start : start + block.node_count]
         start += block.node_count
         if tapered:
-            values = values * edge(axis.nodes[block.nodes])
+            values = values * along.weights(axis.nodes[block.nodes])
         guesses.append(values[:, index] if block.matrix is None else values @ block.matrix[index].T)
         weights.append(np.full(n, times * block.target_count / n))
-    exact = wave(np.concatenate(picks))
+    exact = along.waves(np.concatenate(picks))
     first = 0
     for (_, tapered, _), places in zip(chosen, picks, strict=True):
         if tapered:
-            exact[:, first : first + len(places)] *= edge(places)
+            exact[:, first : first + len(places)] *= along.weights(places)
         first += len(places)
     weight = np.concatenate(weights)
     missed = np.abs(np.concatenate(guesses, axis=1) - exact) ** 2
@@ -169,49 +163,32 @@ def expected_error(
     missed: Remainder,
 ) -> tuple[float, float]:
     """Expected Σ|error|² over the targets, known before the baseband is; of it, the rounding's."""
-    reference, wavelength, reach = wave.reference, wave.wavelength, wave.reach
+    reference = wave.reference
     strength = (cloud.amplitude * reference.modulus(cloud.positions[:, 2])) ** 2
     chosen, weight = sample_points(strength, cloud.positions)
-    x, y, z = cloud.positions[chosen].T
-    lines = _lines(axes[0], x), _lines(axes[1], y)
-
+    points = cloud.positions[chosen].T
+    spots = [spots_of(axis, len(chosen)) for axis in axes]
     # Near the axis the rest varies too slowly along one axis to matter for many nodes.
-    few = min(len(axis.nodes) for axis in axes) < 16
-    aslant = few or max(float(np.max(np.abs(line / z))) for line in lines) > 0.05
-
-    def along_x(t: Floats) -> NDArray[np.complex128]:
-        cycles = axis_cycles(t, x, reference.along_x(z), reference.x, reference.z_x, wavelength)
-        out = phasors(2 * pi * (cycles - np.rint(cycles)))
-        if aslant:
-            out *= reference.residual(t - x[:, None], lines[1][:, None], z[:, None], wavelength)
-        return out
-
-    def along_y(t: Floats) -> NDArray[np.complex128]:
-        cycles = axis_cycles(t, y, reference.along_y(z), reference.y, reference.z_y, wavelength)
-        out = phasors(2 * pi * (cycles - np.rint(cycles)))
-        if aslant:
-            out *= reference.residual(lines[0][:, None], t - y[:, None], z[:, None], wavelength)
-        return out
-
-    def edge_of(places: Floats, reach: float) -> Callable[[Floats], Floats]:
-        half = (z * reach)[:, None]
-        return lambda t: taper(t - places[:, None], half)
-
-    light_x, miss_x = axis_powers(axes[0], targets[0], along_x, edge_of(x, reach[0]))
-    light_y, miss_y = axis_powers(axes[1], targets[1], along_y, edge_of(y, reach[1]))
+    steep = np.abs(np.array(spots) - points[:2]) / points[2] > 0.05
+    aslant = min(len(axis.nodes) for axis in axes) < 16 or bool(steep.any())
+    light_x, miss_x = axis_powers(
+        axes[0], targets[0], waves_along(wave, 0, points, spots[1] if aslant else None)
+    )
+    light_y, miss_y = axis_powers(
+        axes[1], targets[1], waves_along(wave, 1, points, spots[0] if aslant else None)
+    )
     dropped = np.full(len(chosen), missed.relative**2)
     if missed.series is not None:
         places = by_curvature(cloud.positions[chosen])
-        dropped += missed.series.missed(places, reference.kernel(wavelength), reach)
+        dropped += missed.series.missed(places, reference.kernel(wave.wavelength), wave.reach)
     rounding = ROUNDING**2 * light_x * light_y
     error = miss_x * light_y + light_x * miss_y + dropped * light_x * light_y + rounding
     return float(weight @ error), float(weight @ rounding)
 
 
-def _lines(axis: Axis, x: Floats) -> Floats:
-    """(N,) distances to the first, middle and last node by turns."""
-    lines = axis.nodes[[0, len(axis.nodes) // 2, -1]]
-    return np.resize(lines, len(x)) - x
+def spots_of(axis: Axis, count: int) -> Floats:
+    """(count,) the first, middle and last node by turns, for points to be looked at across."""
+    return np.resize(axis.nodes[[0, len(axis.nodes) // 2, -1]], count)
 
 
 def sample_points(strength: Floats, positions: Floats) -> tuple[NDArray[np.intp], Floats]:

@@ -65,26 +65,18 @@ def phasor_table(
     return out[0], out[1], out[2]
 
 
-def weighted_products(
+def _products(
     across: Table, down: Table, scale: Reals, weights: OnNodes
-) -> tuple[Reals, Reals]:
-    """Σ_l F_l·Σ_j scale_lj·down_j·across_j as real and imaginary parts, (n_y, n_x) each.
+) -> tuple[list[Callable[[], None]], Callable[[], tuple[Reals, Reals]]]:
+    """Work that forms Σ_l F_l·Σ_j scale_lj·down_j·across_j piece by piece, and what adds it up.
 
     across, down : tables (N, n_x) and (N, n_y)
     scale : (L, N) real
     weights : F_l
 
-    Each complex product is three real ones: sgemm runs several times faster than cgemm here.
+    Real and imaginary parts, (n_y, n_x) each. A complex product is three real ones: sgemm runs
+    several times faster than cgemm here.
     """
-    pieces, total = _products(across, down, scale, weights)
-    run_all(pieces)
-    return total()
-
-
-def _products(
-    across: Table, down: Table, scale: Reals, weights: OnNodes
-) -> tuple[list[Callable[[], None]], Callable[[], tuple[Reals, Reals]]]:
-    """The pieces of `weighted_products`, and what adds them up once they are done."""
     terms, n = scale.shape
     ny, nx = down[0].shape[1], across[0].shape[1]
     out = np.empty((terms, 2, ny, nx), dtype=scale.dtype)

@@ -84,11 +84,10 @@ def reusable(
 
 def intersection(a: Window, b: Window) -> Window:
     """Pixels in both windows; an empty window when there are none."""
-    row0, row1 = max(a.row0, b.row0), min(a.row1, b.row1)
-    column0, column1 = max(a.column0, b.column0), min(a.column1, b.column1)
-    if row1 <= row0 or column1 <= column0:
-        return Window(0, 0, 0, 0)
-    return Window(row0, row1, column0, column1)
+    row, column = max(a.row0, b.row0), max(a.column0, b.column0)
+    return Window(
+        row, max(row, min(a.row1, b.row1)), column, max(column, min(a.column1, b.column1))
+    )
 
 
 def difference(whole: Window, part: Window) -> list[Window]:
