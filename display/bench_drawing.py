@@ -11,23 +11,18 @@ _BEAM, _IMAGE, _MASK = "#2f8f46", "#a33ea1", "#444444"
 
 def draw(sheet: Sheet, targets: Sequence[Target], path: Path) -> None:
     """Write the drawing; .png, .pdf or .svg by the suffix."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    from chrmc.files import replacing
+    from chrmc.figures import check_figure, save
 
-    kind = path.suffix.lower().lstrip(".")
-    if kind not in ("png", "pdf", "svg"):
-        raise ValueError(f"{path}: name the drawing .png, .pdf or .svg")
+    check_figure(path)
     figure = Figure(figsize=(13, 9), layout="constrained")
-    FigureCanvasAgg(figure)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.15, 1), width_ratios=(1, 1.15))
     _filter_plane(figure.add_subplot(grid[0, 0]), sheet)
     _words(figure.add_subplot(grid[0, 1]), sheet, targets)
     _side_view(figure.add_subplot(grid[1, :]), sheet, targets)
     figure.suptitle(f"Bench for {sheet.slm.name} at {1e9 * sheet.wavelength:.5g} nm")
-    with replacing(path) as partial:
-        figure.savefig(partial, dpi=110, format=kind)
+    save(figure, path, dpi=110)
 
 
 def _filter_plane(axes: Any, sheet: Sheet) -> None:

@@ -117,16 +117,11 @@ def versions() -> dict[str, str]:
 
 
 def plot_intervals(summary: Summary, path: Path, title: str) -> None:
-    """Histogram of the intervals and their course over the run, as a PNG."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    from chrmc.files import replacing
+    """Histogram of the intervals and their course over the run: a .png, .pdf or .svg."""
+    from chrmc.figures import new_figure, save
 
     milliseconds = [1e3 * v for v in summary.intervals]
-    figure = Figure(figsize=(9, 3.6), layout="constrained")
-    FigureCanvasAgg(figure)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_figure((9, 3.6), 1, 2)
     if milliseconds:
         left.hist(milliseconds, bins=min(60, max(10, len(milliseconds) // 4)), color="#3b6ea5")
         right.plot(milliseconds, ".", markersize=3, color="#3b6ea5")
@@ -139,5 +134,4 @@ def plot_intervals(summary: Summary, path: Path, title: str) -> None:
             left.axvline(1e3 * factor * summary.period, color="#c0504d", ls=style, label=label)
             right.axhline(1e3 * factor * summary.period, color="#c0504d", ls=style)
         left.legend(fontsize=8)
-    with replacing(path) as partial:
-        figure.savefig(partial, dpi=120, format="png")
+    save(figure, path, dpi=120)

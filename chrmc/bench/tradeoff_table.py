@@ -75,6 +75,7 @@ def mark_front(entries: Iterable[Entry]) -> None:
             least = min(least, entry.error)
 
 
+_REMEDY = "choose another --out, or replace it with --force"
 COLUMNS = (
     "scene", "kind", "method", "setting", "points", "seconds", "error", "predicted", "psnr_db",
     "front", "refused", "reckoned", "runs", "pixels", "note",
@@ -160,26 +161,31 @@ class Table:
         return mine
 
 
+def read_table(path: Path) -> tuple[list[str], list[Entry]]:
+    """What a stored table was made with, and its entries; ValueError where it is no such table."""
+    try:
+        first, _, rest = path.read_text(encoding="utf-8").partition("\n")
+    except UnicodeDecodeError:
+        first, rest = "", ""
+    if not first.startswith("# "):
+        raise ValueError(f"{path} is no trade-off's table: {_REMEDY}")
+    try:
+        return first.removeprefix("# ").split("; "), from_csv(rest)
+    except ValueError as error:
+        raise ValueError(f"{path} is not what was written ({error}): {_REMEDY}") from None
+
+
 def _kept(path: Path, made_with: list[str]) -> list[Entry]:
     """Entries that an earlier run left, none where there is no file; ValueError, with what
     differs, for the table of another run."""
-    remedy = "choose another --out, or replace it with --force"
     try:
-        first, _, rest = path.read_text(encoding="utf-8").partition("\n")
+        before, entries = read_table(path)
     except FileNotFoundError:
         return []
-    except UnicodeDecodeError:
-        raise ValueError(f"{path} is no trade-off's table: {remedy}") from None
-    if not first.startswith("# "):
-        raise ValueError(f"{path} is no trade-off's table: {remedy}")
-    before = first.removeprefix("# ").split("; ")
     for was, now in zip_longest(before, made_with, fillvalue="nothing"):
         if was != now:
-            raise ValueError(f"{path} was made with “{was}”, not “{now}”: {remedy}")
-    try:
-        return from_csv(rest)
-    except ValueError as error:
-        raise ValueError(f"{path} is not what was written ({error}): {remedy}") from None
+            raise ValueError(f"{path} was made with “{was}”, not “{now}”: {_REMEDY}")
+    return entries
 
 
 def _number(value: float | None) -> str:

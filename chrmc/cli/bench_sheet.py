@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from chrmc.cli.arguments import form_option, slm_option, wavelength_option
+from chrmc.cli.arguments import FigurePath, form_option, slm_option, wavelength_option
 from chrmc.cli.lengths import FOCAL, Length
 from chrmc.slm import SLM
 
@@ -16,7 +16,7 @@ from chrmc.slm import SLM
 @click.option("--focal2", type=Length(FOCAL), default="150mm", show_default=True, help="Lens 2.")
 @click.option(
     "--out",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=FigurePath(),
     default=None,
     help="Draw it: a .png, .pdf or .svg.",
 )

@@ -68,6 +68,9 @@ MANY = 100_000  # points up to which every size is measured on several clouds
 )
 @click.option("--encoding", default="ssb", show_default=True, help="ssb or real: the passband.")
 @click.option("--force", is_flag=True, help="Measure anew what the folder holds.")
+@click.option(
+    "--draw-only", is_flag=True, help="Draw the rows that the folder holds; measure nothing."
+)
 @form_option
 @slm_option
 @wavelength_option
@@ -82,6 +85,7 @@ def command(
     images: bool,
     encoding: str,
     force: bool,
+    draw_only: bool,
     form: str,
     slm: SLM,
     wavelength: float | None,
@@ -95,10 +99,17 @@ def command(
 
     Every scene's rows are printed and kept as soon as it is done: a stopped run is continued by
     the same command, and a finished one is only drawn anew. A table of another machine, scene or
-    setting is refused.
+    setting is refused; --draw-only draws it whatever it was made with.
     """
+    from chrmc.bench.tradeoff_table import Table, read_table
+
+    if draw_only:
+        stored_with, entries = read_table(out / "tradeoff.csv")
+        draw(entries, "; ".join(stored_with), out / figure)
+        click.echo(f"{out / figure}")
+        return
+
     from chrmc.bench import tradeoff
-    from chrmc.bench.tradeoff_table import Table
     from chrmc.cli.bench_tables import image_psnr
     from chrmc.encoding import coding_for
     from chrmc.generation.recipe import scene_wavelength

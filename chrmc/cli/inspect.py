@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from chrmc.cli.arguments import form_option, slm_option, wavelength_option
+from chrmc.cli.arguments import FigurePath, form_option, slm_option, wavelength_option
 from chrmc.cli.scene_options import scene_from, scene_options, things_argument
 from chrmc.slm import SLM
 
@@ -17,7 +17,7 @@ from chrmc.slm import SLM
 @scene_options
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=FigurePath(),
     default=None,
     help="Picture (.png .pdf .svg): front and top view in the visible volume.",
 )

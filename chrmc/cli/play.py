@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from chrmc.cli.arguments import FrameRange, SLMType, stacked
+from chrmc.cli.arguments import FigurePath, FrameRange, SLMType, stacked
 from chrmc.cli.lengths import WAVELENGTH, Lengths
 from chrmc.cli.signals import ended_by_signal
 from chrmc.slm import SLM
@@ -28,7 +28,13 @@ surface_options = stacked(
         "--log",
         type=click.Path(path_type=Path, dir_okay=False),
         default=None,
-        help="One CSV line per flip; a histogram beside it as .png.",
+        help="One CSV line per flip; a histogram beside it.",
+    ),
+    click.option(
+        "--plot",
+        type=FigurePath(),
+        default=None,
+        help="The histogram of the intervals: a .png, .pdf or .svg. [beside --log, .png]",
     ),
     click.option("--fps", type=float, default=None, help="Frames per second."),
     click.option("--every", type=int, default=None, help="Flips per frame. [1]"),
@@ -169,6 +175,7 @@ def show(
     headless: bool,
     windowed: bool,
     log: Path | None,
+    plot: Path | None,
     **options: Any,
 ) -> int:
     """Open the surface that the options mean, play a reel on it, and report; the exit status."""
@@ -215,10 +222,15 @@ def show(
         summary = screen.summary()
     for line in summary.lines():
         click.echo(line)
+    written = []
     if log is not None:
-        picture, facts = (log.with_suffix(s) for s in (".png", ".json"))
-        plot_intervals(summary, picture, f"{name} on {screen.name}")
-        click.echo(f"flips in {log}, histogram in {picture}, monitor and versions in {facts}")
+        written = [f"flips in {log}", f"monitor and versions in {log.with_suffix('.json')}"]
+        plot = plot or log.with_suffix(".png")
+    if plot is not None:
+        plot_intervals(summary, plot, f"{name} on {screen.name}")
+        written.append(f"histogram in {plot}")
+    if written:
+        click.echo(", ".join(written))
     if interrupted:
         raise KeyboardInterrupt
     return 1 if summary.faults or summary.mismatches or summary.misplaced else 0

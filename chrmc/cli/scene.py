@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from chrmc.cli.arguments import frames_option, slm_option, wavelength_option
+from chrmc.cli.arguments import figure_option, frames_option, slm_option, wavelength_option
 from chrmc.cli.scene_options import scene_from, scene_options, things_argument
 from chrmc.slm import SLM
 
@@ -15,6 +15,7 @@ from chrmc.slm import SLM
 @click.option(
     "--out", type=click.Path(path_type=Path), required=True, help="Folder, or .toml, to write."
 )
+@figure_option("preview.png")
 @frames_option
 @slm_option
 @wavelength_option
@@ -23,6 +24,7 @@ from chrmc.slm import SLM
 def command(
     things: tuple[str, ...],
     out: Path,
+    figure: Path,
     frames: tuple[int, int] | None,
     slm: SLM,
     wavelength: float | None,
@@ -40,7 +42,7 @@ def command(
 
     Else the folder gets frame_0001.exr and so on (channels Y: intensity, Z: depth in metres, id:
     which object), scene.json (pixel pitch, depth planes, wavelength, objects; all lengths in
-    metres) and preview.png to look at. Every command that takes a scene takes the folder, also one
+    metres) and the figure, preview.png, to look at. Every command that takes a scene takes the folder, also one
     that another tool wrote: EXR frames plus a scene.json that says at least
     {"pixel_pitch": metres per pixel}. Frames that are there already are kept, so that an
     interrupted run continues.
@@ -64,10 +66,10 @@ def command(
     scene = scene_from(things, "rgbd", slm, wavelength, options)
     paths = write_scene(scene, out, frames=frames, force=force, watch=watch)
     written = read_scene(out)
-    write_preview(written, out / "preview.png")
+    write_preview(written, out / figure)
     print(
         f"{out}: {len(paths)} frames of {written.shape[1]} × {written.shape[0]} pixels, "
-        f"{', '.join(written.object_names)}; look at {out / 'preview.png'}"
+        f"{', '.join(written.object_names)}; look at {out / figure}"
     )
 
 

@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 
 from chrmc.encoding import coding_for
-from chrmc.files import replacing
+from chrmc.figures import check_figure, new_figure, save
 from chrmc.inspection.report import MM, Optics, occupied
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
 
-ENDINGS = (".png", ".pdf", ".svg")
 PATHS = 200
 """Frames at most whose places are drawn as a path."""
 DOTS = 20_000
@@ -20,11 +19,7 @@ DOTS = 20_000
 
 def write_inspection(scene: Scene, slm: SLM, wavelength: float, path: Path) -> None:
     """Front view (x–y, y down) above the top view (x–z) of frame 1, with paths of the objects."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    if path.suffix.lower() not in ENDINGS:
-        raise ValueError(f"{path}: choose one of {', '.join(ENDINGS)}")
+    check_figure(path)
     frame = scene.frame(1)
     clouds = [o.cloud for o in frame.objects]
     if not len(frame.cloud):
@@ -33,9 +28,7 @@ def write_inspection(scene: Scene, slm: SLM, wavelength: float, path: Path) -> N
     optics = Optics.at(
         float(frame.cloud.centroid[2]), slm, wavelength, coding_for("ssb", slm).passband
     )
-    figure = Figure(figsize=(9, 9), dpi=110, layout="constrained")
-    FigureCanvasAgg(figure)
-    front, top = figure.subplots(2, 1)
+    figure, (front, top) = new_figure((9, 9), 2, 1)
     for thing in frame.objects:
         some = slice(None, None, max(1, len(thing.cloud) // DOTS))
         x, y, z = thing.cloud.positions[some].T * MM
@@ -71,8 +64,7 @@ def write_inspection(scene: Scene, slm: SLM, wavelength: float, path: Path) -> N
     top.set(xlabel="x / mm", ylabel="z / mm", ylim=(low[2] - margin, high[2] + margin))
     top.set_title("from above", fontsize=10)
     top.legend(fontsize=7, loc="upper right", markerscale=4)
-    with replacing(path) as partial:
-        figure.savefig(str(partial), format=path.suffix[1:].lower())
+    save(figure, path, dpi=110)
 
 
 def _path(scene: Scene, name: str) -> Any:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.files import replacing
+from chrmc.figures import new_figure, save
 from chrmc.scene.rgbd_scene import RGBDScene
 
 
@@ -16,10 +16,7 @@ def preview_frames(frame_count: int, columns: int = 4) -> list[int]:
 
 
 def write_preview(scene: RGBDScene, path: Path, numbers: Sequence[int] | None = None) -> None:
-    """PNG with the intensity of some frames above their depth in millimetres."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
+    """The intensity of some frames above their depth in millimetres; .png, .pdf or .svg."""
     shown = list(numbers) if numbers else preview_frames(scene.frame_count)
     frames = [scene.rgbd(n) for n in shown]
     height, width = scene.shape
@@ -31,12 +28,10 @@ def write_preview(scene: RGBDScene, path: Path, numbers: Sequence[int] | None = 
     # Only where anything is lit, with a margin of a tenth.
     left, right = _margin(columns, width, pitch)
     top, bottom = _margin(rows, height, pitch)
-    figure = Figure(
-        figsize=(3.6 * len(shown) + 1, 3.6 * 2 * (bottom - top) / (right - left) + 1.6),
-        dpi=110,
-        layout="constrained",
-    )
-    axes = figure.subplots(2, len(shown), squeeze=False, sharex=True, sharey=True)
+    figure, axes = new_figure(
+        (3.6 * len(shown) + 1, 3.6 * 2 * (bottom - top) / (right - left) + 1.6),
+        2, len(shown), squeeze=False, sharex=True, sharey=True,
+    )  # fmt: skip
     extent = (-width * pitch / 2, width * pitch / 2, height * pitch / 2, -height * pitch / 2)
     for column, (number, frame) in enumerate(zip(shown, frames, strict=True)):
         depth = np.where(frame.lit, frame.depth * 1e3, np.nan)
@@ -52,8 +47,7 @@ def write_preview(scene: RGBDScene, path: Path, numbers: Sequence[int] | None = 
     for axis in axes[:, 0]:
         axis.set_ylabel("y / mm (down)", fontsize=8)
     figure.colorbar(drawn, ax=axes, label="depth z / mm", shrink=0.8)
-    with replacing(path) as partial:
-        FigureCanvasAgg(figure).print_png(str(partial))
+    save(figure, path, dpi=110)
 
 
 def _margin(lit: NDArray[np.intp], count: int, pitch: float) -> tuple[float, float]:

@@ -293,6 +293,9 @@ def test_command_line(small, tmp_path, video_maker, chrmc_here):
     assert "equals its file to the pixel" in done.stdout
     assert len(log.read_text().splitlines()) == 4
     assert (tmp_path / "log.png").read_bytes()[:4] == b"\x89PNG"
+    picture = tmp_path / "intervals.pdf"
+    assert run("play", folder, "--headless", "--log", log, "--plot", picture).returncode == 0
+    assert picture.read_bytes()[:4] == b"%PDF"
 
     for arguments in (
         ("play", folder, "--headless", "--slm", "1024x768:8e-6"),
@@ -300,6 +303,7 @@ def test_command_line(small, tmp_path, video_maker, chrmc_here):
         ("play", folder, "--headless", "--monitor", "0"),
         ("play", tmp_path / "nowhere", "--headless"),
         ("play", folder, "--headless", "--colour", "red"),
+        ("play", folder, "--headless", "--plot", tmp_path / "intervals.doc"),
     ):
         done = run(*arguments)
         assert done.returncode == 2, arguments

@@ -150,6 +150,16 @@ def test_command_writes_table_and_plot(tmp_path: Path, capsys: pytest.CaptureFix
     assert (out / "tradeoff.png").read_bytes()[:4] == b"\x89PNG"
 
 
+def test_stored_rows_are_drawn_whatever_they_were_made_with(tmp_path: Path) -> None:
+    assert run("--draw-only", "--out", tmp_path) == 2  # there are none
+    table = Table(tmp_path / "tradeoff.csv", ["another machine"])
+    table.take("a", "cgh", ["m 1", "m 2"], lambda: [entry(1, 1e-1), entry(2, 1e-2)])
+    before = table.path.read_bytes()
+    assert run("--draw-only", "--out", tmp_path, "--figure", "t.svg") == 0
+    assert "<svg" in (tmp_path / "t.svg").read_text(encoding="utf-8")
+    assert table.path.read_bytes() == before and len(list(tmp_path.iterdir())) == 2
+
+
 @pytest.mark.long
 def test_a_killed_run_is_continued_by_the_same_command(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

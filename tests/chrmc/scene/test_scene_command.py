@@ -19,8 +19,9 @@ def test_writes_a_folder_that_loads(tmp_path, capsys):
     scene = load_scene(tmp_path / "s")
     assert scene.frame_count == 2 and scene.name == "car-house"
     assert (tmp_path / "s" / "preview.png").read_bytes()[:4] == b"\x89PNG"
-    assert run("scene", tmp_path / "s", "--out", tmp_path / "t") == 0
+    assert run("scene", tmp_path / "s", "--out", tmp_path / "t", "--figure", "look.svg") == 0
     assert load_scene(tmp_path / "t").frame_count == 2
+    assert "<svg" in (tmp_path / "t" / "look.svg").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -30,6 +31,7 @@ def test_writes_a_folder_that_loads(tmp_path, capsys):
         ("scene", "car-house", "--out", "{}/t", "--frames", "80:81"),
         ("scene", "car-house", "--out", "{}/t", "--frames", "all"),
         ("scene", "car-house"),
+        ("scene", "car-house", "--out", "{}/t", "--figure", "look.bmp"),
         ("scene", "car-house-deep", "--out", "{}/s"),
         ("scene", "{}/s", "--out", "{}/s", "--force"),
     ],
