@@ -111,6 +111,7 @@ try() {
     rm -rf --one-file-system "$root"
     cp -a "$base" "$root"
     mount --make-rprivate /
+    mount --bind "$root" "$root" # as a system's root is: a place where something is mounted
     furnish "$root"
     mount -t proc proc "$root/proc"
     mount --rbind /sys "$root/sys"

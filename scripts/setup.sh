@@ -48,8 +48,9 @@ find_python() {
     return 1
 }
 
-install_packages "$@"
-command -v "${PYTHON:-python3}" >/dev/null || install_packages python3 python3-venv
+interpreter=()
+command -v "${PYTHON:-python3}" >/dev/null || interpreter=(python3 python3-venv)
+install_packages "$@" "${interpreter[@]}"
 python=$(find_python) || exit 2
 if [ ! -x .venv/bin/python ] || ! .venv/bin/python -m pip --version >/dev/null 2>&1; then
     rm -rf .venv
@@ -70,7 +71,8 @@ if [ ! -e "$stamp" ] || [ pyproject.toml -nt "$stamp" ] || [ "$pins" -nt "$stamp
     constraints=() megabytes=120
     [[ ",$extras," == *,dev,* ]] && constraints=(-c "$pins") megabytes=200
     echo "Python packages into .venv ($("$python" --version)): about $megabytes MB, less what is there"
-    PYTHONUNBUFFERED=1 .venv/bin/python -m pip install --progress-bar off \
+    # What is never imported need not be compiled, and the rest is when it is.
+    PYTHONUNBUFFERED=1 .venv/bin/python -m pip install --progress-bar off --no-compile \
         "${constraints[@]}" -e ".[$extras]" | sed -un 's/^ *Downloading \(.*\)\.metadata .*//; s/^ *Downloading /  /p'
     touch "$stamp"
 fi

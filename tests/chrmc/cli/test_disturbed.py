@@ -127,15 +127,17 @@ def goes_on(name: str, work: Path) -> None:
 def full(arguments: list[str], work: Path, kilobytes: int) -> tuple[int, str]:
     """Run a command with a small disk of its own in place of `place`; what it left is in `left`."""
     script = (
-        f"mount -t tmpfs -o size={kilobytes}k none place || exit 77; "
+        f"mount -t tmpfs -o size={kilobytes}k none place || exit; "
         '"$@" >/dev/null 2>told; status=$?; cp -a place left; exit $status'
     )
     (work / "go").touch()
-    command = ["unshare", "-rm", "sh", "-c", script, "sh", sys.executable, "-m", "chrmc"]
+    # The superuser needs no namespace of users, which a system in a folder does not give.
+    apart = ["unshare", "-m" if os.geteuid() == 0 else "-rm"]
+    command = [*apart, "sh", "-c", script, "sh", sys.executable, "-m", "chrmc"]
     run = subprocess.run(
         [*command, *arguments], cwd=work, env={**os.environ, "PYTHONPATH": str(ROOT)}
     )
-    if run.returncode == 77:
+    if not (work / "told").exists():
         pytest.skip("this system lets no namespace mount a disk")
     return run.returncode, (work / "told").read_text()
 
