@@ -42,8 +42,8 @@ def command(
 
     Else the folder gets frame_0001.exr and so on (channels Y: intensity, Z: depth in metres, id:
     which object), scene.json (pixel pitch, depth planes, wavelength, objects; all lengths in
-    metres) and the figure, preview.png, to look at. Every command that takes a scene takes the folder, also one
-    that another tool wrote: EXR frames plus a scene.json that says at least
+    metres) and the figure, preview.png, to look at. Every command that takes a scene takes the
+    folder, also one that another tool wrote: EXR frames plus a scene.json that says at least
     {"pixel_pitch": metres per pixel}. Frames that are there already are kept, so that an
     interrupted run continues.
     """
