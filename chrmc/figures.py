@@ -1,5 +1,6 @@
 """Figures: PNG, PDF or SVG by the suffix, in colours and marks that everybody can tell apart."""
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -38,8 +39,13 @@ def new_figure(size: tuple[float, float], rows: int = 1, columns: int = 1, **mor
 def save(figure: Any, path: str | Path, dpi: float = 130, **more: Any) -> None:
     """Write a figure, whole or not at all; `more` as `Figure.savefig` takes it."""
     path = check_figure(path)
+    # Not onto the disk at once: writers of PDF stumble over a full one.
+    made = BytesIO()
+    figure.savefig(
+        made, format=path.suffix[1:].lower(), dpi=dpi, facecolor=figure.get_facecolor(), **more
+    )
     with replacing(path) as partial:
-        figure.savefig(partial, dpi=dpi, facecolor=figure.get_facecolor(), **more)
+        partial.write_bytes(made.getvalue())
 
 
 def log_ticks(axis: Any, words: Any = None) -> None:

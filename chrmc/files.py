@@ -76,6 +76,13 @@ def sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+def inside(folder: Path, path: Path) -> Path:
+    """The path; ValueError where it is a link, or lies behind one, that leads out of the folder."""
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise ValueError(f"{path} leads out of {folder}: put the file itself there")
+    return path
+
+
 def still_there(folder: Path) -> None:
     """FileNotFoundError for a folder that was removed while it was being written to."""
     if not folder.is_dir():

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from chrmc.bench.extremes import KINDS, RT_ERROR, Outcome, case_of
+from chrmc.bench.extremes import Outcome
+from chrmc.bench.extremes_cases import KINDS, OBJECT, VIDEOS, case_of
 from chrmc.cgh import DEFAULT_METHOD, METHODS
 
 
@@ -44,9 +45,8 @@ class Summary:
 
 def promises(row: dict[str, Any]) -> float:
     """The error that a row's method promises; 0 where it promises none."""
-    if row["method"] == DEFAULT_METHOD:  # videos too
-        return float(row["tolerance"])
-    return RT_ERROR if row["method"] == "rt" else 0.0
+    found = float(row["promised"])
+    return found if np.isfinite(found) else 0.0
 
 
 def to_csv(rows: Sequence[Mapping[str, Any]]) -> str:
@@ -70,9 +70,12 @@ def read(path: Path) -> list[dict[str, Any]]:
 
 
 def summaries(rows: list[dict[str, Any]]) -> Iterator[Summary]:
-    """One for each kind with the default method, and one for each other method."""
+    """One for each kind with the default method, and one for each other method, of videos too."""
     found: dict[str, Summary] = {}
     for row in rows:
-        name = row["kind"] if row["method"] == DEFAULT_METHOD else row["method"]
+        if row["kind"] == "video":
+            name = row["video"]
+        else:
+            name = row["kind"] if row["method"] == DEFAULT_METHOD else row["method"]
         found.setdefault(name, Summary(name)).add(row)
-    yield from (found[name] for name in (*KINDS, *METHODS) if name in found)
+    yield from (found[name] for name in (*KINDS, *METHODS, OBJECT, *VIDEOS) if name in found)

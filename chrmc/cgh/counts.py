@@ -1,5 +1,6 @@
 """What work costs, counted in operations, so that a machine's rates turn it into seconds."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 
@@ -45,3 +46,39 @@ def product(rows: float, inner: float, columns: float) -> float:
     count where a side is short."""
     moved = rows * inner + inner * columns + rows * columns
     return rows * inner * columns + _TRAFFIC * moved
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Operations per second of one core, and what sharing costs.
+
+    alone : kind to rate of one core while the others rest
+    together : kind to rate of each core while all work
+    threads : cores that work is shared by
+    brief : measured in passing, at first use
+    """
+
+    alone: Mapping[str, float]
+    together: Mapping[str, float]
+    threads: int
+    brief: bool = False
+
+    def seconds(self, counts: OperationCounts, shared: bool = True) -> float:
+        """Time of some work.
+
+        shared : between all cores, calls aside, which hold Python's lock
+        """
+        total = counts.calls / self.alone["calls"]
+        for kind in KINDS:
+            if kind != "calls":
+                rate = self.threads * self.together[kind] if shared else self.alone[kind]
+                total += getattr(counts, kind) / rate
+        return total
+
+
+_SPEEDS = {
+    "products": 7.5e10, "phasors": 1.6e8, "lookups": 5e8, "transforms": 2e9, "bytes": 4e10,
+    "calls": 1.8e6,
+}  # fmt: skip
+STATED = Rates(_SPEEDS, _SPEEDS, 2)
+"""Of 2 cores of a server, for decisions that have to be the same on every machine."""

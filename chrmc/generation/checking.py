@@ -9,9 +9,9 @@ from math import ceil
 from typing import Any
 
 from chrmc.cgh import OperationCounts, method_named
+from chrmc.cgh.counts import STATED
 from chrmc.options import option_names
 from chrmc.planning.choices import first_lit
-from chrmc.planning.rates import STATED
 from chrmc.ranges import Range
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM

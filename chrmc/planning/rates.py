@@ -12,7 +12,7 @@ import platform
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 
@@ -20,7 +20,7 @@ import numpy as np
 import scipy.fft
 from threadpoolctl import threadpool_info
 
-from chrmc.cgh.counts import KINDS, OperationCounts, product
+from chrmc.cgh.counts import KINDS, Rates, product
 from chrmc.files import replacing
 from chrmc.threads import ONE_BLAS_THREAD, workers
 
@@ -30,42 +30,6 @@ FORMAT = 2
 
 Kernel = tuple[Callable[[], object], float]
 """Some work, and how many operations it is."""
-
-
-@dataclass(frozen=True)
-class Rates:
-    """Operations per second of one core, and what sharing costs.
-
-    alone : kind to rate of one core while the others rest
-    together : kind to rate of each core while all work
-    threads : cores that work is shared by
-    brief : measured in passing, at first use
-    """
-
-    alone: Mapping[str, float]
-    together: Mapping[str, float]
-    threads: int
-    brief: bool = False
-
-    def seconds(self, counts: OperationCounts, shared: bool = True) -> float:
-        """Time of some work.
-
-        shared : between all cores, calls aside, which hold Python's lock
-        """
-        total = counts.calls / self.alone["calls"]
-        for kind in KINDS:
-            if kind != "calls":
-                rate = self.threads * self.together[kind] if shared else self.alone[kind]
-                total += getattr(counts, kind) / rate
-        return total
-
-
-_SPEEDS = {
-    "products": 7.5e10, "phasors": 1.6e8, "lookups": 5e8, "transforms": 2e9, "bytes": 4e10,
-    "calls": 1.8e6,
-}  # fmt: skip
-STATED = Rates(_SPEEDS, _SPEEDS, 2)
-"""Of 2 cores of a server, for decisions that have to be the same on every machine."""
 
 
 def fingerprint() -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from chrmc.files import inside
 from chrmc.scene.exr import read_exr
 from chrmc.scene.rgbd import RGBDFrame
 from chrmc.scene.rgbd_scene import RGBDScene
@@ -111,6 +112,7 @@ def _frame_files(folder: Path, description: Description) -> list[Path]:
         files = [folder / name for name in description.files]
     else:
         files = numbered(folder)
+    files = [inside(folder, path) for path in files]
     count = description.frame_count
     if count is not None and len(files) < count:
         raise ValueError(

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.files import read_json, sha256, still_there, sweep
+from chrmc.files import inside, read_json, sha256, still_there, sweep
 from chrmc.pictures import read_grey
 from chrmc.slm import SLM
 from chrmc.store.differences import refuse_another
@@ -120,10 +120,7 @@ class Video:
 
     def path(self, number: int) -> Path:
         """File of a frame; ValueError where it is a link that leads out of the folder."""
-        path = self.folder / str(self.entry(number)["file"])
-        if path.is_symlink() and path.resolve().parent != self.folder.resolve():
-            raise ValueError(f"{path} is a link that leads out of the video's folder: remove it")
-        return path
+        return inside(self.folder, self.folder / str(self.entry(number)["file"]))
 
     def read(self, number: int) -> NDArray[np.uint8]:
         """(H, W) grey levels of a frame; ValueError when it does not fit the SLM."""

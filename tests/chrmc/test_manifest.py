@@ -146,7 +146,7 @@ def test_a_frame_that_is_a_link_out_of_the_folder_is_not_read(tmp_path: Path) ->
     write_grey(secret, np.zeros((6, 8), np.uint8))
     folder = written(tmp_path / "v", GOOD)
     (folder / "frame_0001.tif").symlink_to(secret)
-    with pytest.raises(ValueError, match="leads out of the video's folder"):
+    with pytest.raises(ValueError, match="leads out of"):
         chrmc.open_video(folder).read(1)
 
 

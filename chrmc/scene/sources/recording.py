@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.colour import LUMINANCE, hue, linear
-from chrmc.files import read_json
+from chrmc.files import inside, read_json
 from chrmc.progress import progress
 from chrmc.scene.exr import read_exr
 from chrmc.scene.points import PointCloud
@@ -198,7 +198,7 @@ def _pairs(folder: Path) -> tuple[list[Pair], list[str], list[float]]:
         within = PAIR_WITHIN
     elif _words(folder):
         files = numbered(folder)
-        return [(path, path) for path in files], [], []
+        return [(inside(folder, path), path) for path in files], [], []
     else:
         colour, depth = _found(folder)
         within = 0.0
@@ -208,7 +208,7 @@ def _pairs(folder: Path) -> tuple[list[Pair], list[str], list[float]]:
         nearest = stamps[np.abs(stamps - stamp).argmin()]
         if abs(nearest - stamp) <= within and nearest not in used:
             used.add(nearest)
-            pairs.append((colour[nearest], depth[stamp]))
+            pairs.append((inside(folder, colour[nearest]), inside(folder, depth[stamp])))
             times.append(stamp)
     lonely = len(depth) + len(colour) - 2 * len(pairs)
     if lonely:

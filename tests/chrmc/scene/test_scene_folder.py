@@ -355,6 +355,24 @@ def test_two_series_of_frames(tmp_path):
     refused(folder, "two series", "depth_0001.exr")
 
 
+def test_links_out_of_the_folder_are_not_followed(tmp_path):
+    write_scene(random_scene(1), tmp_path / "mine")
+    write_scene(random_scene(1), tmp_path / "s")
+    frame = tmp_path / "s" / "frame_0002.exr"
+    frame.rename(tmp_path / "s" / "kept")
+    frame.symlink_to("kept")
+    load_scene(tmp_path / "s")
+    frame.unlink()
+    frame.symlink_to(tmp_path / "mine" / "frame_0002.exr")
+    refused(tmp_path / "s", "frame_0002.exr", "leads out of")
+    frame.unlink()
+    (tmp_path / "s" / "more").symlink_to(tmp_path / "mine")
+    path = tmp_path / "s" / "scene.json"
+    names = ["frame_0001.exr", "more/frame_0002.exr", "frame_0003.exr"]
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"frames": names}))
+    refused(tmp_path / "s", "more/frame_0002.exr", "leads out of")
+
+
 def test_missing_channels(tmp_path):
     light, depth = light_and_depth()
     refused(hand_made(tmp_path / "a", {"Y": light}), "none called Z or depth")

@@ -41,6 +41,11 @@ def test_bad_recordings(tmp_path: Path) -> None:
         camera.write_text(text)
         with pytest.raises(ValueError, match=words):
             read_recording(tmp_path / "walk", LC_R_1080)
+    recording(tmp_path / "tum", True)
+    (tmp_path / "tum" / "rgb").rename(tmp_path / "away")
+    (tmp_path / "tum" / "rgb").symlink_to(tmp_path / "away")
+    with pytest.raises(ValueError, match="leads out of"):
+        read_recording(tmp_path / "tum", LC_R_1080)
 
 
 def test_frames_of_a_renderer_with_a_perspective_camera(tmp_path: Path) -> None:
