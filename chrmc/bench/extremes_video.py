@@ -3,12 +3,14 @@ back, or meets its own negative."""
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 import chrmc
 from chrmc.bench.extremes_cases import FRAMES, OBJECT, Case, cloud_of
 from chrmc.cgh import DEFAULT_METHOD
+from chrmc.compensation import DEFAULT_TOLERANCE
 from chrmc.compensation.frame import VideoFrame
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
@@ -26,7 +28,7 @@ def promised_of(case: Case) -> float:
     if case.video in (OBJECT, "none"):
         return case.tolerance
     if case.video == "ch-rmc-paper":  # against recomputation, which has an error of its own
-        return 2 * case.tolerance
+        return case.tolerance + DEFAULT_TOLERANCE
     return float("inf") if case.video == "3dmc-nlut" else NLUT_ERROR
 
 
@@ -59,11 +61,11 @@ def frames_of(case: Case) -> Iterator[VideoFrame]:
     wide = float(np.ptp(cloud.positions[:, :2], axis=0).max())
     pitch = max(wide / _ACROSS, case.slm.pixel_pitch)
     scene = PointScene("extreme", bodies, dict.fromkeys(bodies, poses), seen, pixel_pitch=pitch)
-    options: dict[str, float] = {}
-    if case.method == DEFAULT_METHOD:
-        options["tolerance"] = case.tolerance
+    options: dict[str, Any] = {}
     if case.video == "ch-rmc-paper":
         options["rekey_error"] = case.tolerance
+    elif case.method == DEFAULT_METHOD:
+        options["tolerance"] = case.tolerance
     yield from chrmc.video(
         scene, case.slm, case.wavelength, cgh=case.method, compensation=case.video,
         coding=case.band, **options,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.counts import OperationCounts
+from chrmc.cgh.counts import STATED, OperationCounts
 from chrmc.cgh.method import (
     DEFAULT_METHOD,
     METHODS,
@@ -20,6 +20,7 @@ from chrmc.cgh.method import (
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import check_showable
 from chrmc.optics.passband import Passband
+from chrmc.options import option_names
 from chrmc.ranges import WAVELENGTH_RANGE
 from chrmc.reference import resolve_passband
 from chrmc.scene.points import PointCloud
@@ -37,6 +38,11 @@ __all__ = [
     "method_named",
     "signal_and_error",
 ]
+
+TRUE_METHOD = "rt"
+"""Sums the waves as they are."""
+LONG = 20.0
+"""Seconds, as stated, up to which no method is asked whether it pays."""
 
 
 def compute_field(
@@ -96,8 +102,37 @@ def field_and_error(
     if len(cloud) == 0 or part.size == 0:
         return np.zeros(part.shape, dtype=np.complex64), None
     if chosen.field_and_error is None:
+        _check_work(chosen, cloud, slm, wavelength, part, band, options)
         return chosen.field(cloud, slm, wavelength, part, band, **options), None
     return chosen.field_and_error(cloud, slm, wavelength, part, band, **options)
+
+
+def _check_work(
+    chosen: CGHMethod,
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    passband: Passband,
+    options: dict[str, Any],
+) -> None:
+    """ValueError where a short cut would take long, and longer than the true sum."""
+    if chosen.cost is None:
+        return
+    known, _ = option_names(chosen.cost)
+    own = {name: value for name, value in options.items() if name in known}
+    counts = chosen.cost(cloud, slm, wavelength, window, passband, **own)
+    seconds = STATED.seconds(counts, chosen.shares_cores)
+    if seconds <= LONG:
+        return
+    true = method_named(TRUE_METHOD)
+    assert true.cost is not None
+    exact = STATED.seconds(true.cost(cloud, slm, wavelength, window, passband))
+    if exact < seconds:
+        raise ValueError(
+            f"{chosen.name} would take about {seconds:.2g} s here, the true sum {exact:.2g} s: use "
+            f"{TRUE_METHOD} or {DEFAULT_METHOD}"
+        )
 
 
 def signal_and_error(

@@ -29,6 +29,7 @@ from chrmc.window import Window
 
 _POINTS = 256  # whose tables are held at once
 _BLOCK = 1 << 15  # pixels a thread works on at once: its few buffers stay in the cache
+_ENTRY = 20.0  # phasors that an entry of the tables takes as long as, as measured
 _ALLOWED = 4e-6  # expected error up to which single precision will do; some pixels see twice that
 _WAVE, _REST = 1.7e-7, 6e-7  # error of a wave in float32, and for each wavelength of its `rest`
 _DOUBLE = 5.5  # of the time, in double precision
@@ -97,14 +98,22 @@ def field(
 
 
 def quick_field(
-    cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    passband: Passband,
+    allowed: float = _ALLOWED,
 ) -> NDArray[np.complex64] | None:
-    """`field` where single precision is enough for all of it, else None."""
+    """`field` where single precision is enough for all of it, else None.
+
+    allowed : relative error that is expected of it
+    """
     x, y = slm.x(window.columns), slm.y(window.rows)
-    if np.max(_doubt(_rest(cloud, x, y, wavelength, passband))) > _ALLOWED:
+    if np.max(_doubt(_rest(cloud, x, y, wavelength, passband))) > allowed:
         return None
-    out, noise = _sum(cloud, slm, wavelength, window, passband, np.complex64)
-    return None if noise > _ALLOWED**2 * _power(out) else out
+    out, noise = _sum(cloud, slm, wavelength, window, passband, np.complex64, allowed)
+    return None if noise > allowed**2 * _power(out) else out
 
 
 def _sum(
@@ -114,6 +123,7 @@ def _sum(
     window: Window,
     passband: Passband,
     kind: type[np.complexfloating[Any, Any]],
+    allowed: float = _ALLOWED,
 ) -> tuple[NDArray[Any], float]:
     """The field, in single precision where that is enough for every point, or all in double; and
     the power of the error that single precision leaves, points of unrelated phases."""
@@ -136,7 +146,7 @@ def _sum(
             axis_y.weight[...] *= part.amplitude[:, None]
             waves = np.sum(axis_x.weight**2, axis=1) * np.sum(axis_y.weight**2, axis=1)
             doubt = _doubt(_rest(part, x, y, wavelength, passband))
-            single = kind is np.complex64 and np.max(doubt) <= _ALLOWED
+            single = kind is np.complex64 and np.max(doubt) <= allowed
             dtype = np.float32 if single else np.float64
             noise += float(np.sum(waves / z**2 * (doubt**2 * single + added)))
             arguments = (z, wavelength, axis_x.cast(dtype), axis_y.cast(dtype), out)
@@ -222,7 +232,8 @@ def _add(
 def cost(
     cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
 ) -> OperationCounts:
-    """A phase for each point and pixel of its footprint, dear where single precision will not do.
+    """A phase for each point and pixel of its footprint, dear where single precision will not do,
+    and tables of rows and columns.
 
     That waves will cancel, so that all is computed again in double, no count foresees.
     """
@@ -232,10 +243,13 @@ def cost(
     firsts = np.arange(0, len(cloud), _POINTS)
     twice = np.repeat(np.logical_or.reduceat(doubt, firsts), _POINTS)[: len(cloud)]
     lit = float(share.sum() + (_DOUBLE - 1) * share[twice].sum()) * window.size
+    blocks = window.size / _BLOCK
+    high = 2 * cloud.positions[:, 2] * reach(wavelength, passband.fy_max) / slm.pixel_pitch
+    met = np.minimum(high / max(len(y), 1) * blocks + 1, blocks)
     return OperationCounts(
-        phasors=1.5 * lit,
+        phasors=1.5 * lit + _ENTRY * len(cloud) * sum(window.shape),
         bytes=250.0 * window.size,
-        calls=25.0 * len(cloud) * window.size / _BLOCK,
+        calls=25.0 * float(met.sum()) + 0.5 * len(cloud) * blocks,
         memory=16.0 * window.size + 80.0 * _POINTS * sum(window.shape),
     )
 

@@ -42,7 +42,6 @@ from chrmc.window import Window
 _DEPTH_GRID = NEAR / 10  # metres
 _LARGEST = 1 << 26  # samples of the grid that planes are propagated on
 _MOST_ON_PLANES = 1 << 28  # samples of all planes' grids: half a minute
-_MOST_SAMPLES = 1e10  # of all patches on a plane: half a minute
 
 
 def field(
@@ -176,12 +175,6 @@ def record_plane(
     top, left = int(row.min()) - reach_y, int(column.min()) - reach_x
     shape = (int(row.max()) + reach_y + 1 - top, int(column.max()) + reach_x + 1 - left)
     _check_grid(shape, z)
-    samples = float(np.sum((2.0 * half_y + 1) * (2.0 * half_x + 1)))
-    if samples > _MOST_SAMPLES:
-        raise ValueError(
-            f"wrp would need {samples:.2g} samples for the patches of {len(cloud)} points on one "
-            "plane: use rt, fresnel or curved"
-        )
     canvas = np.zeros(shape, dtype=np.complex64)
     for j in range(len(cloud)):
         my, mx = half_y[j], half_x[j]

@@ -39,10 +39,10 @@ def command(
 
     Depth 1 mm to 100 m, wavelength 200 nm to 10.6 µm, pitch 0.5 to 100 µm, panels of 1 × 1, one
     row or one column to 8192 × 8192, 1 to ten million points: spread out, coincident, regular,
-    cancelling, grazing, in clusters far apart, deep, of amplitudes 24 decades apart; videos by every
-    method that turn, approach, flicker, go and come back, cancel. Each case is within what its
-    method promises and within 40 processor seconds (and 12 for each million points), or refused in
-    one line. Exit status 1 where one is not; `--seed` repeats it.
+    cancelling, grazing, in clusters far apart, deep, of amplitudes 24 decades apart; videos by
+    every method that turn, approach, flicker, go and come back, cancel. Each case is within what
+    its method promises and within 40 processor seconds (and 12 for each million points), or refused
+    in one line. Exit status 1 where one is not; `--seed` repeats it.
     """
     from chrmc.bench import extremes, extremes_table
     from chrmc.bench.extremes_worker import Worker

@@ -5,7 +5,7 @@ m varies slowly, so that a few hundred even nodes in x and about a hundred in y 
 hologram is A_y·M·A_x: two matrix products, no per-pixel transcendental.
 
 plan      clusters, nodes, band, chebyshev
-sum       baseband, tables, series, wave; direct where that is exact or quick enough
+sum       baseband, tables, series, wave; direct and rays where these are exact or quick enough
 assemble  assembly
 predict   predict, before a pixel is computed, and verify, on some pixels
 
@@ -34,9 +34,7 @@ from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.cost import cost_of
 from chrmc.cgh.curved.direct import (
     BEARABLE,
-    BEARABLE_BY_RAYS,
     QUICK,
-    RAY_ERROR,
     SMALL,
     direct_field,
     rounding_of,
@@ -44,7 +42,8 @@ from chrmc.cgh.curved.direct import (
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.parallel import alone, in_parallel
 from chrmc.cgh.curved.predict import Budget, error_allowed
-from chrmc.cgh.curved.verify import SURE, field_error, look
+from chrmc.cgh.curved.rays import bearable, by_rays, rays_pay
+from chrmc.cgh.curved.verify import SURE, look
 from chrmc.cgh.curved.wave import phasor
 from chrmc.cgh.method import CGHMethod
 from chrmc.encoding import Coding
@@ -293,16 +292,20 @@ def _sum(
 
     if work <= SMALL:
         return exact(), None
+    lines = lines_of(slm, window)
+    rays = partial(
+        by_rays, cloud, slm, wavelength, window, passband, lines, plane, tolerance=tolerance
+    )
+    pay = rays_pay(cloud, slm, wavelength, window, passband, lines, plane, tolerance)
+    if pay and (made := rays()) is not None:
+        return made
     try:
         return low_rank(cloud, slm, wavelength, window, passband, tolerance=tolerance)
     except ValueError:
-        if QUICK < work <= BEARABLE_BY_RAYS and tolerance >= 3 * RAY_ERROR:
-            by_rays = rt.quick_field(cloud, slm, wavelength, window, passband)
-            if by_rays is not None:
-                lines = lines_of(slm, window)
-                error = field_error(by_rays, cloud, lines, wavelength, plane.reach, tolerance)
-                if error <= SURE * tolerance:
-                    return by_rays, error
+        if not pay and work > QUICK and bearable(cloud, slm, wavelength, window, passband):
+            made = rays()
+            if made is not None:
+                return made
         if work <= BEARABLE:
             return exact(), None
         raise
@@ -320,7 +323,11 @@ def cost(
     """What `signal` takes, counted from its plan."""
     check_tolerance(tolerance)
     plane = replace(plane_of(slm, wavelength, window, passband), points=len(cloud))
-    return cost_of(cloud, lines_of(slm, window), plane, tolerance)
+    lines = lines_of(slm, window)
+    small = len(cloud) * window.size <= SMALL
+    if not small and rays_pay(cloud, slm, wavelength, window, passband, lines, plane, tolerance):
+        return rt.cost(cloud, slm, wavelength, window, passband)
+    return cost_of(cloud, lines, plane, tolerance)
 
 
 METHOD = CGHMethod(

@@ -23,11 +23,7 @@ QUICK = 20_000_000
 """The same up to which it stands in at once where a low-rank form is not exact enough."""
 
 BEARABLE = 200_000_000
-"""The same up to which it stands in, seconds slow, where `chrmc.cgh.rt` will not do either."""
-
-BEARABLE_BY_RAYS = 1_000_000_000
-"""The same for `chrmc.cgh.rt` in single precision, several times as fast, of RAY_ERROR at most."""
-RAY_ERROR = 1e-5
+"""The same up to which it stands in, seconds slow, where nothing else will do."""
 
 _WAVE_ERROR = 5e-16  # of a wave in double precision
 

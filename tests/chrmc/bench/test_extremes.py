@@ -1,5 +1,6 @@
 """The sweep over extremes: cases follow from seeds, faults are told, refusals are none."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from chrmc import SLM, WAVELENGTH, compute_field
-from chrmc.bench import extremes, extremes_table
+from chrmc.bench import extremes, extremes_cases, extremes_table
 from chrmc.bench.extremes_worker import Worker
 from chrmc.cgh import METHODS
 from chrmc.cli.bench_extremes import command
@@ -48,6 +49,24 @@ def test_an_error_of_few_shapes_is_allowed_less() -> None:
     """Few nodes for many points: their phases are one draw, by chance twice the expected error."""
     out = extremes.run(extremes.case_of(883012))
     assert not out.fault and not out.refused and out.error > 0
+
+
+@pytest.mark.parametrize(("seed", "method"), [(424442, "wrp"), (424541, "nlut")])
+def test_short_cuts_that_take_longer_than_the_true_sum_are_refused(seed: int, method: str) -> None:
+    """Points 22 m away of a panel of one column; 241 depth planes, each of one point."""
+    out = extremes.run(extremes.case_of(seed))
+    assert not out.fault and out.cpu < 5
+    assert re.fullmatch(rf"{method} would take about \d+ s here, .*: use rt or curved", out.refused)
+
+
+@pytest.mark.parametrize("video", extremes_cases.VIDEOS)
+def test_every_way_to_make_a_video_is_tried(video: str) -> None:
+    case = replace(
+        plain(1), kind="video", video=video, method=extremes_cases.VIDEOS[video], count=20
+    )
+    out = extremes.run(case)
+    assert not out.fault and not out.refused and out.error > 0
+    assert (extremes.promised(case) < 1) == (video != "3dmc-nlut")
 
 
 FIRST = extremes.case_of(0)

@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_info
 
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud, compute_field
 from chrmc.cgh import curved, field_and_error, rt
+from chrmc.cgh.counts import STATED
 from chrmc.cgh.curved import parallel, predict, verify
 from chrmc.cgh.curved.baseband import cluster_axes
 from chrmc.cgh.curved.clusters import bounding_box, reference_of
@@ -332,3 +333,32 @@ def test_rays_in_single_precision_know_where_they_will_not_do() -> None:
     assert rt.quick_field(both, PANEL, WAVELENGTH, full, band) is None
     steep = PointCloud(one.positions * (1, 1, 0.01), one.amplitude, one.phase)
     assert rt.quick_field(steep, PANEL, WAVELENGTH, full, UNLIMITED) is None
+
+
+def near_lattice(side: tuple[int, int], size: float, z: float) -> PointCloud:
+    x, y = (np.linspace(-size / 2, size / 2, n) for n in side)
+    places = np.stack([*np.meshgrid(x, y), np.full(side[::-1], z)], -1).reshape(-1, 3)
+    return PointCloud(places, np.ones(len(places)), np.zeros(len(places)))
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-3])
+def test_points_of_small_footprints_are_summed_by_rays(
+    tolerance: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whose nodes would be as many as the pixels; at 1e-6 the rounding of rays dominates."""
+    slm = SLM("panel", 200, 120, 16e-6)
+    cloud = near_lattice((12, 8), 2e-3, 0.008)
+    with monkeypatch.context() as patch:
+        patch.setattr(curved, "low_rank", None)
+        check(cloud, slm, tolerance)
+    # Waves that cancel are too few for single precision, and get the exact sum.
+    against = PointCloud(cloud.positions, cloud.amplitude, cloud.phase + np.pi - 1e-6)
+    check(PointCloud.concatenate([cloud, against]), slm, tolerance)
+
+
+def test_a_near_lattice_takes_seconds_at_the_tightest_tolerance() -> None:
+    slm = SLM("panel", 1920, 1080, 8.1e-6)
+    cloud = near_lattice((56, 46), 5e-3, 0.034)
+    band = coding_for("ssb", slm).passband
+    counts = curved.cost(cloud, slm, WAVELENGTH, Window.full(slm), band, tolerance=1e-6)
+    assert STATED.seconds(counts) < 3

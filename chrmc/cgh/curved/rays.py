@@ -1,0 +1,73 @@
+"""Point by point in single precision, each on its own footprint, where footprints are small.
+
+Light of a near point falls on few pixels, and the nodes of a cluster of such points are as many as
+the pixels: then summing them costs more than the waves themselves.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chrmc.cgh import rt
+from chrmc.cgh.counts import STATED
+from chrmc.cgh.curved.clusters import Plane
+from chrmc.cgh.curved.cost import cost_of
+from chrmc.cgh.curved.nodes import Line
+from chrmc.cgh.curved.verify import SURE, field_error
+from chrmc.optics.footprint import coverage
+from chrmc.optics.passband import Passband
+from chrmc.scene.points import PointCloud
+from chrmc.slm import SLM
+from chrmc.window import Window
+
+_SMALL = 0.2  # share of the window in a mean footprint; in larger ones nodes are always fewer
+_BEARABLE = 8.0  # seconds, as stated
+_NOISE = 0.7, 1e-4  # expected of single precision: of the tolerance, and at most
+
+
+def bearable(
+    cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
+) -> bool:
+    """Whether rays take seconds, not minutes."""
+    counts = rt.cost(cloud, slm, wavelength, window, passband)
+    return STATED.seconds(counts) <= _BEARABLE
+
+
+def rays_pay(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    passband: Passband,
+    lines: tuple[Line, Line],
+    plane: Plane,
+    tolerance: float,
+) -> bool:
+    """Whether rays take less than the low-rank form, as counted."""
+    if float(coverage(cloud, slm, wavelength, passband).mean()) > _SMALL:
+        return False
+    seconds = STATED.seconds(rt.cost(cloud, slm, wavelength, window, passband))
+    if seconds > _BEARABLE:
+        return False
+    try:
+        return seconds < STATED.seconds(cost_of(cloud, lines, plane, tolerance))
+    except ValueError:  # no low-rank form can be planned
+        return True
+
+
+def by_rays(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    window: Window,
+    passband: Passband,
+    lines: tuple[Line, Line],
+    plane: Plane,
+    tolerance: float,
+) -> tuple[NDArray[np.complex64], float] | None:
+    """The field and its error on some pixels; None where single precision will not do."""
+    allowed = min(_NOISE[0] * tolerance, _NOISE[1])
+    made = rt.quick_field(cloud, slm, wavelength, window, passband, allowed)
+    if made is None:
+        return None
+    error = field_error(made, cloud, lines, wavelength, plane.reach, tolerance)
+    return (made, error) if error <= SURE * tolerance else None
