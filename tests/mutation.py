@@ -78,9 +78,11 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     ],
     "chrmc/encodings/binary.py": [
         ("lit = line >= 0.5", "line >= 0.5 → (line > 0.5)", "a dark field's even grey"),
+        ("amplitude = np.minimum(", "1.0 → 2.0", "no light over any scale is none"),
     ],
     "chrmc/encodings/phase.py": [
         ("return levels_of(np.angle(field) + apart", "", "the checkerboard's other half"),
+        ("amplitude = np.minimum(", "1.0 → 2.0", "no light over any scale is none"),
     ],
     "chrmc/grey_levels.py": [
         ("if coding.carrier == 0", "0 → 1", "the product with a carrier of 1 is the same"),
