@@ -194,7 +194,7 @@ def _wrong(tree: ast.AST, statement: int) -> Iterator[tuple[ast.expr | ast.stmt,
     """
     if isinstance(tree, ast.Raise | ast.JoinedStr | ast.Assert | ast.Import | ast.ImportFrom):
         return
-    if isinstance(tree, ast.keyword) and tree.arg in ("overwrite_x", "workers"):
+    if isinstance(tree, ast.keyword) and tree.arg in ("in_place", "overwrite_x", "workers"):
         return
     if isinstance(tree, ast.stmt):
         statement = tree.lineno
