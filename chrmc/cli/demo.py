@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from chrmc.cli.arguments import form_option, method_options
+from chrmc.cli.arguments import form_option, method_options, wavelengths_option
 
 
 @click.command("demo")
@@ -25,6 +25,7 @@ from chrmc.cli.arguments import form_option, method_options
 )
 @method_options
 @form_option
+@wavelengths_option
 @click.option("--force", is_flag=True, help="Replace another video in the folder.")
 def command(
     scene: str,
@@ -32,37 +33,40 @@ def command(
     out: Path,
     monitor: str | None,
     form: str,
+    wavelength: float | tuple[float, ...] | None,
     force: bool,
     **methods: Any,
 ) -> int:
     """Make, play, reconstruct and check the holograms of SCENE [car-house], all frames.
 
     Ends with OUT/montage.png, focus curves, a table and the verdict; exit status 0 when every
-    object is in focus where the scene says, 1 when not.
+    object is in focus where the scene says, 1 when not. Several wavelengths make it in colours:
+    lasers in sequence, each judged, pictures of all together.
     """
     from chrmc.cli.check import command as check
     from chrmc.cli.montage import draw_montage, shown_frames
     from chrmc.cli.play import command as play
     from chrmc.files import replacing
-    from chrmc.generation.make import REPLACEMENT, make_video
-    from chrmc.generation.recipe import recipe_for
+    from chrmc.generation.colour import make_in_light
     from chrmc.scene.load import load_scene
     from chrmc.slm import LC_R_1080
+    from chrmc.store.colour import open_video
     from chrmc.store.summary import summary
-    from chrmc.store.video import open_video
 
     folder = out / "video"
-    begun = folder / REPLACEMENT if force else folder
-    given = load_scene(chosen or scene, form=form)
-    recipe = recipe_for(given, LC_R_1080, folder=begun, **methods)
+    finest = min(wavelength) if isinstance(wavelength, tuple) else wavelength
+    given = load_scene(chosen or scene, form=form, wavelength=finest)
 
     heading("1. Holograms")
-    if recipe.auto_line:
-        click.echo(recipe.auto_line)
-    made = make_video(recipe, folder, force=force)
+    made = make_in_light(
+        given, LC_R_1080, wavelength, methods, folder, force=force, tell=click.echo
+    )
     video = open_video(folder)
-    table = list(summary(video))
-    click.echo(f"{folder}: {made} made, {len(video.frames) - made} kept")
+    several = len(video.channels) > 1
+    table: list[str] = []
+    for channel in video.channels:
+        table += [f"{channel.folder}:", *summary(channel)] if several else summary(channel)
+    click.echo(f"{folder}: {made} made, {sum(map(len, video.channels)) - made} kept")
     for line in table:
         click.echo(line)
 

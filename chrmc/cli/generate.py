@@ -73,7 +73,7 @@ def command(
     """
     from chrmc.generation.colour import make_in_light
     from chrmc.scene.origin import origin_of
-    from chrmc.store.colour import ColourVideo, open_video
+    from chrmc.store.colour import open_video
     from chrmc.store.summary import summary
 
     rest = by_panel(rest)
@@ -101,11 +101,10 @@ def command(
         tell=click.echo,
     )
     video = open_video(out)
-    channels = video.channels if isinstance(video, ColourVideo) else (video,)
-    there = sum(len(one.frames) for one in channels)
+    there = sum(map(len, video.channels))
     click.echo(f"{out}: {made} frames made, {there - made} kept")
-    for one in channels:
-        if len(channels) > 1:
+    for one in video.channels:
+        if len(video.channels) > 1:
             click.echo(f"{one.folder}:")
         for line in summary(one):
             click.echo(line)
