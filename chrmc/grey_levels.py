@@ -13,6 +13,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from chrmc.encoding import Coding, coding_for
+from chrmc.panels import encoding_for
 from chrmc.ranges import real
 from chrmc.response import GreyResponse
 from chrmc.scene.scene import Scene
@@ -27,7 +28,7 @@ _BLOCK = 32  # rows at a time, so that a block stays in the cache through all it
 def encode(
     field: NDArray[np.complexfloating],
     slm: SLM,
-    method: str = "ssb",
+    method: str | None = None,
     scale: float | None = None,
     *,
     response: GreyResponse | None = None,
@@ -36,7 +37,8 @@ def encode(
     """Grey levels that show a field.
 
     field : (H, W) complex, on the SLM's pixels
-    method : one of `chrmc.encoding.CODINGS`, such as "ssb" (single sideband)
+    method : one of `chrmc.encoding.CODINGS`, such as "ssb" (single sideband); default the usual
+        one of the panel's kind
     scale : signal at which the grey range ends; one for a whole video (`video_scale`), default
         the encoding's own of this field, mostly three standard deviations of its signal. A dark
         field is mid grey
@@ -47,7 +49,7 @@ def encode(
 
     Returns uint8 (H, W). Raises ValueError for NaN, another shape, or a scale that is not positive.
     """
-    coding = coding_for(method, slm)
+    coding = coding_for(method or encoding_for(slm), slm)
     field = check_field(field, slm)
     if coding.limits and not band_limited:
         field = limit_band(field.astype(np.complex64), slm, coding)
@@ -61,9 +63,9 @@ def encode(
     return encode_signal(signal, scale, response, in_place=True, bits=slm.bits)
 
 
-def scale_for(field: NDArray[np.complexfloating], slm: SLM, method: str = "ssb") -> float:
+def scale_for(field: NDArray[np.complexfloating], slm: SLM, method: str | None = None) -> float:
     """The scale that `encode` takes for a single field; 0 for a dark one."""
-    coding = coding_for(method, slm)
+    coding = coding_for(method or encoding_for(slm), slm)
     return _own_scale(coding, check_field(field, slm), signal_of(field, slm, method))
 
 
@@ -100,11 +102,11 @@ def check_field(field: NDArray[np.complexfloating], slm: SLM) -> NDArray[np.comp
 def signal_of(
     field: NDArray[np.complexfloating],
     slm: SLM,
-    method: str = "ssb",
+    method: str | None = None,
     band_limited: bool = False,
 ) -> NDArray[np.float32]:
     """The real signal of a field, Re(U·carrier), before bias and scale: float32 (H, W)."""
-    coding = coding_for(method, slm)
+    coding = coding_for(method or encoding_for(slm), slm)
     field = check_field(field, slm)
     if coding.carrier == 0:
         return np.array(field.real, dtype=np.float32)

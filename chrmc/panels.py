@@ -24,18 +24,19 @@ from chrmc.slm import LC_R_1080, SLM
 
 @dataclass(frozen=True)
 class Panel:
-    """A panel and where its figures come from; kind is "amplitude", "binary" or "phase".
+    """A panel and where its figures come from.
 
+    source : what names the figures
+    unconfirmed : figures that it does not name, such as "refresh"
     response : table of its measured grey response, or None
     """
 
     slm: SLM
-    kind: str
     source: str
+    unconfirmed: tuple[str, ...] = ()
     response: Path | None = None
 
 
-KINDS = ("amplitude", "binary", "phase")
 ENCODINGS = {
     "amplitude": ("ssb", "real", "bipolar", "burch", "offaxis", "error-diffusion", "lee"),
     "binary": ("error-diffusion", "lee"),
@@ -43,51 +44,75 @@ ENCODINGS = {
 }
 """What a kind of panel can show, the usual one first."""
 PANELS = {
-    "lc-r-1080": Panel(LC_R_1080, "amplitude", "the CH-RMC paper's section on its experiment"),
+    "lc-r-1080": Panel(
+        LC_R_1080, "the CH-RMC paper's section on its experiment", ("refresh", "fill factor")
+    ),
     "pluto": Panel(
-        SLM("HOLOEYE PLUTO-2.1", 1920, 1080, 8e-6, 8, 60.0, 0.93),
-        "phase",
-        "HOLOEYE's page of the PLUTO-2.1: 8.0 µm, 93 %, 60 Hz",
+        SLM("HOLOEYE PLUTO-2.1", 1920, 1080, 8e-6, 8, 60.0, 0.93, "phase"),
+        "size and pitch: the class PLUTO_2 of the package pySLM2",
+        ("bits", "refresh", "fill factor"),
     ),
     "leto": Panel(
-        SLM("HOLOEYE LETO-3", 1920, 1080, 6.4e-6, 8, 60.0, 0.93),
-        "phase",
-        "HOLOEYE's page of the LETO-3: 6.4 µm, 93 %, 60 Hz",
+        SLM("HOLOEYE LETO-3", 1920, 1080, 6.4e-6, 8, 60.0, 0.93, "phase"),
+        "size, pitch and bits: a laboratory's driver (slmutils, of the LETO-II)",
+        ("the LETO-3's figures", "refresh", "fill factor"),
+    ),
+    "p1920": Panel(
+        SLM("Meadowlark 1920 × 1152", 1920, 1152, 9.2e-6, 8, 60.0, kind="phase"),
+        "size: Meadowlark's press release of 2016, with up to 500 Hz; pitch: a laboratory's code "
+        "(10.7 mm over 1152 rows in another, which cites the data sheet)",
+        ("bits", "refresh of its video input", "fill factor"),
+    ),
+    "x15213": Panel(
+        SLM("Hamamatsu LCOS-SLM X15213", 1272, 1024, 12.5e-6, 8, 60.0, kind="phase"),
+        "size, pitch and bits: slmsuite's driver; LidkeLab's matlab-instrument-control agrees",
+        ("refresh", "fill factor"),
+    ),
+    "slm-200": Panel(
+        SLM("Santec SLM-200", 1920, 1200, 8e-6, 10, 60.0, kind="phase"),
+        "size and bits: Santec's programmer's guide 2.5, whose library converts to 10 bit on the "
+        "way to the panel; pitch: slmsuite's driver",
+        ("refresh (there is a model of 120 Hz)", "fill factor", "grey frames of a plain monitor"),
+    ),
+    "dlp4710": Panel(
+        SLM("TI DLP4710", 1920, 1080, 5.4e-6, 1, kind="binary"),
+        "size and pitch: the package mcsim",
+        ("refresh of its video input", "fill factor"),
     ),
     "dlp6500": Panel(
-        SLM("TI DLP6500", 1920, 1080, 7.56e-6, 1),
-        "binary",
-        "Texas Instruments' data sheet of the DLP6500: 7.56 µm; 60 Hz is its video input",
+        SLM("TI DLP6500", 1920, 1080, 7.56e-6, 1, kind="binary"),
+        "size and pitch: the package mcsim",
+        ("refresh of its video input", "fill factor"),
     ),
     "dlp7000": Panel(
-        SLM("TI DLP7000", 1024, 768, 13.68e-6, 1),
-        "binary",
-        "Texas Instruments' data sheet of the DLP7000: 13.68 µm; 60 Hz is a common video rate",
+        SLM("TI DLP7000", 1024, 768, 13.68e-6, 1, kind="binary"),
+        "size and pitch: the package mcsim; size: ViALUX's header of ALP",
+        ("refresh of its video input", "fill factor"),
     ),
     "dlp9500": Panel(
-        SLM("TI DLP9500", 1920, 1080, 10.8e-6, 1),
-        "binary",
-        "Texas Instruments' data sheet of the DLP9500: 10.8 µm; 60 Hz is a common video rate",
+        SLM("TI DLP9500", 1920, 1080, 10.8e-6, 1, kind="binary"),
+        "size and pitch: the package pySLM2; size: ViALUX's header of ALP",
+        ("refresh of its video input", "fill factor"),
     ),
 }
-"""Figures of makers change with versions: compare them with your own panel's data sheet."""
+"""Makers' own data sheets were not at hand: compare with yours. What no source names is a usual
+value."""
 
-_KEYS = (*(f.name for f in fields(SLM)), "kind", "source", "response")
+_KEYS = (*(f.name for f in fields(SLM)), "source", "response")
 
 
-def encoding_for(panel: Panel | None, asked: str | None = None) -> str:
+def encoding_for(slm: SLM, asked: str | None = None) -> str:
     """The encoding to take on a panel: the one asked for, else the usual one of its kind.
 
-    ValueError for one that the panel cannot show; None as the panel is taken for one of amplitude
+    ValueError for one that the panel cannot show; one of unknown kind is taken for one of amplitude
     that shows anything.
     """
-    if panel is None:
+    if slm.kind is None:
         return asked or ENCODINGS["amplitude"][0]
-    able = ENCODINGS[panel.kind]
+    able = ENCODINGS[slm.kind]
     if asked is not None and asked not in able:
         raise ValueError(
-            f"{panel.slm.name} is a panel of kind {panel.kind}, which shows {', '.join(able)}, not "
-            f"{asked}"
+            f"{slm.name} is a panel of kind {slm.kind}, which shows {', '.join(able)}, not {asked}"
         )
     return asked or able[0]
 
@@ -143,9 +168,9 @@ def read_panel(path: Path) -> Panel:
     missing = [key for key in ("width", "height", "pixel_pitch") if key not in values]
     if missing:
         raise ValueError(f"{path}: {missing[0]} is missing")
-    kind = values.pop("kind", "amplitude")
-    if kind not in KINDS:
-        raise ValueError(f"{path}: kind is {', '.join(KINDS)}, not {kind!r}")
+    values.setdefault("kind", "amplitude")
+    if values["kind"] == "binary":
+        values.setdefault("bits", 1)
     source = str(values.pop("source", path))
     response = values.pop("response", None)
     if response is not None:
@@ -156,6 +181,6 @@ def read_panel(path: Path) -> Panel:
     if not isinstance(name, str) or not name.strip():
         raise ValueError(f"{path}: name must be text")
     try:
-        return Panel(SLM(name, **values), kind, source, response)
+        return Panel(SLM(name, **values), source, (), response)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from None

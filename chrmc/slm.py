@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chrmc.ranges import BITS, FILL_RANGE, PITCH_RANGE, PIXELS, REFRESH_RANGE, SIDE
+from chrmc.ranges import BITS, FILL_RANGE, PITCH_RANGE, PIXELS, REFRESH_RANGE, SIDE, short
 
+KINDS = ("amplitude", "binary", "phase")
 WAVELENGTH = 532e-9
 """Default wavelength in metres: the green laser of the CH-RMC paper."""
 
@@ -24,6 +25,8 @@ class SLM:
     bits : grey-level depth of the panel
     refresh : frames per second the panel is driven at
     fill_factor : active share of a pixel's area, 0 < fill_factor ≤ 1
+    kind : what a pixel does to light, one of KINDS: dims it, lets it through or not (1 bit), or
+        shifts its phase; None where nobody said, and then every encoding is taken
     """
 
     name: str
@@ -33,6 +36,7 @@ class SLM:
     bits: int = 8
     refresh: float = 60.0
     fill_factor: float = 1.0
+    kind: str | None = None
 
     def __post_init__(self) -> None:
         checked: dict[str, int | float] = {
@@ -46,6 +50,10 @@ class SLM:
         for name, value in checked.items():
             object.__setattr__(self, name, value)
         PIXELS.of(self.width * self.height)
+        if self.kind is not None and self.kind not in KINDS:
+            raise ValueError(f"kind is {', '.join(KINDS)}, not {short(self.kind)}")
+        if self.kind == "binary" and self.bits != 1:
+            raise ValueError(f"a binary panel has 1 bit, not {self.bits}")
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -68,5 +76,5 @@ class SLM:
         return (index - (self.height - 1) / 2) * self.pixel_pitch
 
 
-LC_R_1080 = SLM("HOLOEYE LC-R 1080", width=1920, height=1200, pixel_pitch=8.1e-6)
+LC_R_1080 = SLM("HOLOEYE LC-R 1080", width=1920, height=1200, pixel_pitch=8.1e-6, kind="amplitude")
 """The reflective amplitude SLM of the paper: 1920 × 1200 pixels of 8.1 µm, 8 bit."""

@@ -31,27 +31,33 @@ def _filter_plane(axes: Any, sheet: Sheet) -> None:
     unit = 1e3 * sheet.order_spacing
     edge = 1.25 * unit
     axes.add_patch(Rectangle((-edge, -edge), 2 * edge, 2 * edge, color=_MASK, alpha=0.5, lw=0))
-    axes.add_patch(Rectangle((-unit / 2, 0), unit, unit / 2, color="white"))
-    axes.add_patch(Rectangle((-unit / 2, 0), unit, unit / 2, color=_BEAM, alpha=0.35, lw=0))
-    axes.add_patch(
-        Rectangle((-unit / 2, -unit / 2), unit, unit / 2, fill=False, ec="#eeeeee", ls="--")
-    )
-    axes.text(
-        0, -unit / 4, f"conjugate: blocked\n{mm(-sheet.carrier)}", ha="center", va="center",
-        color="white",
-    )  # fmt: skip
-    axes.text(
-        0, 1e3 * sheet.carrier + 0.04 * unit, f"passed\ncarrier {mm(sheet.carrier)}", ha="center",
-        va="top",
-    )  # fmt: skip
-    axes.plot([0], [1e3 * sheet.carrier], "+", color=_BEAM, ms=14)
+    half, zero = sheet.coding.half_plane, sheet.coding.zero_order
+    width, height = (1e3 * side for side in sheet.opening)
+    centre = 1e3 * sheet.carrier
+    for colour, alpha in (("white", 1.0), (_BEAM, 0.35)):
+        corner = (-width / 2, centre - height / 2)
+        axes.add_patch(Rectangle(corner, width, height, color=colour, alpha=alpha, lw=0))
+    if half:
+        axes.add_patch(
+            Rectangle((-width / 2, -height), width, height, fill=False, ec="#eeeeee", ls="--")
+        )
+        axes.text(
+            0, -unit / 4, f"conjugate: blocked\n{mm(-sheet.carrier)}", ha="center", va="center",
+            color="white",
+        )  # fmt: skip
+        axes.plot([0], [centre], "+", color=_BEAM, ms=14)
+    passed = f"passed\ncarrier {mm(sheet.carrier)}" if half else "passed"
+    axes.text(0, centre + 0.04 * unit, passed, ha="center", va="top")
     for i in (-1, 0, 1):
         for j in (-1, 0, 1):
             axes.add_patch(Circle((i * unit, j * unit), 0.025 * unit, color="#c0392b"))
             if (i, j) != (0, 0):
                 axes.text(i * unit, (j + 0.05) * unit, f"{i:+d}, {j:+d}", ha="center", va="top")
     # Centred over its dot: to one side it would cross the border of the half plane.
-    axes.text(0, -0.03 * unit, "zero order: blocked", ha="center", va="bottom", color="white")
+    axes.text(
+        0, -0.03 * unit, f"zero order: {'passed' if zero else 'blocked'}", ha="center", va="bottom",
+        color="white" if half else "black",
+    )  # fmt: skip
     axes.annotate(
         "", (-unit, -1.06 * unit), (0, -1.06 * unit), arrowprops={"arrowstyle": "<->", "color": "w"}
     )
@@ -65,14 +71,19 @@ def _filter_plane(axes: Any, sheet: Sheet) -> None:
 
 def _words(axes: Any, sheet: Sheet, targets: Sequence[Target]) -> None:
     axes.axis("off")
+    half = sheet.coding.half_plane
     text = [
         f"panel {mm(sheet.size[0])} × {mm(sheet.size[1])}, pitch "
         f"{1e6 * sheet.slm.pixel_pitch:.4g} µm",
         f"lens 1: f {mm(sheet.focal1)}, clear {mm(sheet.lens1)} or more",
         f"lens 2: f {mm(sheet.focal2)}, clear {mm(sheet.lens2)} or more",
         f"magnification {sheet.magnification:.4g}, upside down",
-        f"orders every {mm(sheet.order_spacing)}; carrier {mm(sheet.carrier)} below the axis",
-        "block the half above the axis and the zero order",
+        f"encoding {sheet.coding.name}; orders every {mm(sheet.order_spacing)}"
+        + (f"; carrier {mm(sheet.carrier)} below the axis" if half else ""),
+        "block the half above the axis and the zero order"
+        if half
+        else f"pass {mm(sheet.opening[0])} × {mm(sheet.opening[1])} about the axis, zero order "
+        + ("and all" if sheet.coding.zero_order else "blocked"),
         "",
     ]
     for place in map(sheet.place, targets):
@@ -81,7 +92,7 @@ def _words(axes: Any, sheet: Sheet, targets: Sequence[Target]) -> None:
             f"   camera focused through lens 2, {mm(-place.camera)} before it"
             if place.camera < 0
             else f"   camera focused {mm(place.camera)} behind lens 2",
-            f"   or conjugate: bare sensor {mm(place.sensor)} behind lens 2",
+            *[f"   or conjugate: bare sensor {mm(place.sensor)} behind lens 2"] * half,
             f"   image centre ({mm(place.x)}, {mm(place.y)})",
             f"   resolution {1e6 * place.resolution[0]:.1f} × {1e6 * place.resolution[1]:.1f} µm, "
             f"field ±{mm(place.field_any[0])} × ±{mm(place.field_any[1])}",
@@ -98,8 +109,10 @@ def _side_view(axes: Any, sheet: Sheet, targets: Sequence[Target]) -> None:
     places = [sheet.place(t) for t in targets]
     left = min([0.0, lens2, *(1e3 * -t.depth for t in targets)])
     left = min([left, *(lens2 + 1e3 * p.camera for p in places)])
-    right = max([image, *(lens2 + 1e3 * p.sensor for p in places)])
-    carrier, top = 1e3 * sheet.carrier, 1e3 * sheet.order_spacing / 2
+    conjugate = sheet.coding.half_plane
+    right = max([image, *(lens2 + 1e3 * p.sensor for p in places if conjugate)])
+    carrier, top = 1e3 * sheet.carrier, 1e3 * (sheet.carrier + sheet.opening[1] / 2)
+    low_edge = 1e3 * (sheet.carrier - sheet.opening[1] / 2)
     m = sheet.magnification
     for start in (-half, 0.0, half):
         # Rays of the carrier: they leave the panel downwards, cross the filter at the carrier and
@@ -111,7 +124,7 @@ def _side_view(axes: Any, sheet: Sheet, targets: Sequence[Target]) -> None:
         )  # fmt: skip
     axes.plot([0, 0], [-half, half], color="black", lw=4)
     axes.plot([image, image], [-half * m, half * m], color="black", lw=2, ls=":")
-    axes.plot([mask, mask], [-2.2 * top, 0.02 * top], color=_MASK, lw=4)
+    axes.plot([mask, mask], [-2.2 * top, low_edge + 0.02 * top], color=_MASK, lw=4)
     axes.plot([mask, mask], [top, 2.2 * top], color=_MASK, lw=4)
     for at, clear in ((lens1, sheet.lens1), (lens2, sheet.lens2)):
         height = 1e3 * clear
@@ -128,7 +141,7 @@ def _side_view(axes: Any, sheet: Sheet, targets: Sequence[Target]) -> None:
         for at, words in (
             (-1e3 * place.target.depth, place.target.name),
             (lens2 + 1e3 * place.camera, f"{place.target.name}: focus here"),
-            (lens2 + 1e3 * place.sensor, f"{place.target.name}, conjugate"),
+            *[(lens2 + 1e3 * place.sensor, f"{place.target.name}, conjugate")] * conjugate,
         ):
             axes.plot([at, at], [-half, half], color=_IMAGE, lw=1.5, ls="--")
             axes.plot([at, at], [half, y], color=_IMAGE, lw=0.5)

@@ -1,20 +1,27 @@
-"""What to build: the numbers of the 4-f bench that shows single-sideband holograms.
+"""What to build: the numbers of the 4-f bench that shows a panel's holograms.
 
 The panel stands in the front focal plane of lens 1, the filter in the common focal plane, the
 panel's image in the back focal plane of lens 2. A frequency f of the panel crosses the filter
 plane at λ·focal1·f.
 
+Single sideband, on amplitude and binary panels; the filter passes half of the plane.
 Sides: rows of the panel run down (+y). A wave exp(+i(kr − ωt)) whose phase grows with +y travels
 towards +y, so f_y > 0, the sideband that carries U itself, crosses the filter plane below the
 axis. Passing it gives the objects upright in depth, as virtual images behind the panel. Passing
 the other half instead gives the conjugate: real images in front of the panel, near and far
 exchanged, that a bare sensor can catch.
+
+Other encodings have no carrier: the picture's light lies around the axis. On a phase panel the zero
+order is part of it.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import asin, degrees, sqrt, tan
 
+from chrmc.encoding import Coding, coding_for
+from chrmc.panels import encoding_for
 from chrmc.slm import SLM
 
 
@@ -34,7 +41,7 @@ class Place:
 
     camera : from lens 2, what to focus on when U passes (negative: before lens 2, seen through it)
     sensor : from lens 2, of the bare sensor when the conjugate passes
-    x, y : on the sensor; the image is upside down and left to right
+    x, y : image centre; the image is upside down and left to right
     resolution : (x, y) in object space, λz over the panel's width and height
     focus : (x, y) depth of focus in object space, about 2λ(z/width)²
     field_any, field_all : (x, y) half-widths that some pixel, or every pixel, can serve
@@ -53,14 +60,17 @@ class Place:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A bench for one panel, wavelength and pair of lenses; lengths in metres."""
+    """A bench for one panel, wavelength, pair of lenses and encoding (default the usual one of the
+    panel's kind); lengths in metres."""
 
     slm: SLM
     wavelength: float
     focal1: float = 0.15
     focal2: float = 0.15
+    encoding: str | None = None
 
     def __post_init__(self) -> None:
+        encoding_for(self.slm, self.encoding)
         for name in ("wavelength", "focal1", "focal2"):
             value = getattr(self, name)
             if not 0 < value < float("inf"):
@@ -69,6 +79,11 @@ class Sheet:
             raise ValueError(
                 f"pixels of {self.slm.pixel_pitch:g} m diffract {self.wavelength:g} m past 90°"
             )
+
+    @cached_property
+    def coding(self) -> Coding:
+        """The encoding on this panel."""
+        return coding_for(encoding_for(self.slm, self.encoding), self.slm)
 
     @property
     def size(self) -> tuple[float, float]:
@@ -87,13 +102,19 @@ class Sheet:
 
     @property
     def carrier(self) -> float:
-        """Of the sideband's centre from the axis, in y: λ·focal1/4p."""
-        return self.order_spacing / 4
+        """Of the passed light's centre from the axis, in y: λ·focal1/4p with one sideband, or 0."""
+        return self.order_spacing / 4 if self.coding.half_plane else 0.0
 
     @property
     def opening(self) -> tuple[float, float]:
-        """Width and height of the mask's opening: all of f_x, half of f_y."""
-        return self.order_spacing, self.order_spacing / 2
+        """Width and height of the mask's opening about the carrier: all of f_x and half of f_y
+        with one sideband; else the encoding's aperture, or all."""
+        if self.coding.half_plane:
+            return self.order_spacing, self.order_spacing / 2
+        if self.coding.aperture is None:
+            return self.order_spacing, self.order_spacing
+        unit = 2 * self.wavelength * self.focal1
+        return unit * self.coding.aperture.fx_max, unit * self.coding.aperture.fy_max
 
     @property
     def zero_order(self) -> tuple[float, float]:
@@ -121,8 +142,8 @@ class Sheet:
         """Clear diameter of lens 2: the opening's far corner and the image's spread."""
         width, height = self.size
         m = self.magnification
-        x = self.order_spacing / 2 + width * m / 2
-        y = self.order_spacing / 2 + height * m / 2
+        x = self.opening[0] / 2 + width * m / 2
+        y = self.carrier + self.opening[1] / 2 + height * m / 2
         return 2 * sqrt(x**2 + y**2)
 
     def place(self, target: Target) -> Place:
@@ -130,8 +151,8 @@ class Sheet:
         z = target.depth
         if not z > 0:
             raise ValueError(f"{target.name} is at depth {z:g} m; objects stand at z > 0")
-        reach_x = z * tan(self.half_angle)
-        reach_y = z * tan(asin(self.wavelength * self.slm.nyquist / 2))
+        band = self.coding.passband
+        reach_x, reach_y = (z * tan(asin(self.wavelength * f)) for f in (band.fx_max, band.fy_max))
         width, height = self.size
         m = self.magnification
         return Place(
@@ -161,34 +182,56 @@ class Sheet:
             f"{mm(self.focal2)} – lens 2 – {mm(self.focal2)} – image of the panel",
             "",
             "Filter plane, seen along the light, panel upright (row 0 on top), y down:",
+            f"  encoding       {self.coding.name}",
             f"  orders         every {mm(self.order_spacing)} in x and y",
-            f"  carrier        {mm(self.carrier)} below the axis (its twin as far above)",
-            f"  pass           the half below the axis: x within ±{mm(self.opening[0] / 2)}, "
-            f"y from just below 0 to {mm(self.opening[1])}",
-            f"  block          the half above the axis, and what lies outside the opening of "
-            f"{mm(self.opening[0])} × {mm(self.opening[1])}",
-            f"  zero order     on the axis, {um(self.zero_order[0])} × {um(self.zero_order[1])}; "
-            "the edge of the mask, or a dot of some 0.1 mm, blocks it",
-            "  conjugate      pass the half above instead: real images, near and far exchanged",
+            *self._mask(),
         ]
         if targets:
             text += [
                 "",
-                "Objects (camera: plane to focus on, behind lens 2, negative is before it; sensor: "
-                "bare, conjugate passed):",
-                f"  {'':<10}{'depth':>10}{'camera':>11}{'sensor':>11}{'resolution x, y':>19}"
+                "Objects (camera: plane to focus on, behind lens 2, negative is before it"
+                + ("; sensor: bare, conjugate passed):" if self.coding.half_plane else "):"),
+                f"  {'':<10}{'depth':>10}{'camera':>11}{self._sensor('sensor')}"
+                f"{'resolution x, y':>19}"
                 f"{'depth of focus':>18}{'field ±x, ±y':>19}{'by all pixels':>19}",
             ]
         for place in map(self.place, targets):
             text.append(
                 f"  {place.target.name:<10}{mm(place.target.depth):>10}{mm(place.camera):>11}"
-                f"{mm(place.sensor):>11}"
+                f"{self._sensor(mm(place.sensor))}"
                 f"{um(place.resolution[0]) + ', ' + um(place.resolution[1]):>19}"
                 f"{mm(place.focus[0]) + ', ' + mm(place.focus[1]):>18}"
                 f"{mm(place.field_any[0]) + ', ' + mm(place.field_any[1]):>19}"
                 f"{mm(place.field_all[0]) + ', ' + mm(place.field_all[1]):>19}"
             )
         return text
+
+    def _sensor(self, text: str) -> str:
+        """A cell of the column that only one sideband has."""
+        return f"{text:>11}" if self.coding.half_plane else ""
+
+    def _mask(self) -> list[str]:
+        """What the filter passes and blocks."""
+        width, height = self.opening
+        spot = f"on the axis, {um(self.zero_order[0])} × {um(self.zero_order[1])}"
+        if self.coding.half_plane:
+            return [
+                f"  carrier        {mm(self.carrier)} below the axis (its twin as far above)",
+                f"  pass           the half below the axis: x within ±{mm(width / 2)}, "
+                f"y from just below 0 to {mm(height)}",
+                "  block          the half above the axis, and what lies outside the opening of "
+                f"{mm(width)} × {mm(height)}",
+                f"  zero order     {spot}; the edge of the mask, or a dot of some 0.1 mm, "
+                "blocks it",
+                "  conjugate      pass the half above instead: real images, near and far exchanged",
+            ]
+        zero = "part of the picture: leave it" if self.coding.zero_order else "block it by a dot"
+        return [
+            f"  pass           about the axis: x within ±{mm(width / 2)}, y within "
+            f"±{mm(height / 2)}",
+            "  block          what lies outside",
+            f"  zero order     {spot}; {zero}",
+        ]
 
 
 def mm(metres: float) -> str:

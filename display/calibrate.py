@@ -44,6 +44,8 @@ def calibrate_response(
         raise ValueError(f"5 to {LEVELS} steps and 1 repeat or more, not {steps} and {repeats}")
     if not 0 <= settle <= 60:
         raise ValueError(f"settle between 0 and 60 seconds, not {settle:g}")
+    if screen.slm.kind == "binary":
+        raise ValueError(f"{screen.slm.name} is either dark or bright: it has no grey response")
     levels = np.rint(np.linspace(0, LEVELS - 1, steps)).astype(int)
     rng = np.random.default_rng(SEED)
     order = np.concatenate([rng.permutation(levels) for _ in range(repeats)])

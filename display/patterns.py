@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from chrmc.cgh import compute_field
 from chrmc.encoding import coding_for
 from chrmc.grey_levels import encode
+from chrmc.panels import encoding_for
 from chrmc.response import GreyResponse
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
@@ -30,15 +31,16 @@ def point(
     depth: float,
     x: float = 0.0,
     y: float = 0.0,
-    encoding: str = "ssb",
+    encoding: str | None = None,
     response: GreyResponse | None = None,
 ) -> Frame:
     """The hologram of one point of light at (x, y, depth), metres: what a camera is focused on.
 
-    The fringe uses the whole grey range.
+    The fringe uses the whole grey range. encoding : default the usual one of the panel's kind
     """
     if not (np.isfinite(depth) and depth > 0):
         raise ValueError(f"depth must be a positive length in metres, not {depth:g}")
+    encoding = encoding_for(slm, encoding)
     coding = coding_for(encoding, slm)
     cloud = PointCloud(np.array([[x, y, depth]]), np.ones(1), np.zeros(1))
     field = compute_field(cloud, slm, wavelength, "rt", passband=coding.passband)

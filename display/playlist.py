@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.files import sha256
+from chrmc.panels import encoding_for
 from chrmc.pictures import read_grey
 from chrmc.slm import LC_R_1080, SLM
 from chrmc.store.colour import ColourVideo, open_video
@@ -77,18 +78,27 @@ class Playlist:
                     "generate it again"
                 )
             levels = self.load(entry.path)
-            check_size(levels, self.slm, str(entry.path))
+            check_levels(levels, self.slm, str(entry.path))
         except (OSError, ValueError) as error:
             raise type(error)(f"frame {entry.number}: {error}") from error
         return Picture(entry.number, entry.name or entry.path.name, digest, levels)
 
 
-def check_size(levels: NDArray[np.uint8], slm: SLM, what: str) -> None:
-    """ValueError unless the picture has the SLM's pixels."""
+def check_levels(levels: NDArray[np.uint8], slm: SLM, what: str) -> None:
+    """ValueError unless the picture has the SLM's pixels, and only levels that it shows.
+
+    On a binary panel these are 0 and 255; a picture of three channels holds bit planes there.
+    """
     if levels.shape[:2] != slm.shape:
         raise ValueError(
             f"{what} is {levels.shape[1]} × {levels.shape[0]} pixels, but {slm.name} shows "
             f"{slm.width} × {slm.height}: make it at that size, pixels are never resampled"
+        )
+    # 255 wraps around to 0, 0 becomes 1: one pass over the picture.
+    if slm.kind == "binary" and levels.ndim == 2 and (levels + np.uint8(1)).max() > 1:
+        raise ValueError(
+            f"{what} has grey levels, but {slm.name} is either dark or bright: take 0 and 255 "
+            "only, or encode a field for it (error-diffusion, lee)"
         )
 
 
@@ -119,6 +129,8 @@ def open_playlist(
             f"{path} was made for {video.slm.width} × {video.slm.height} pixels, not for the "
             f"{slm.width} × {slm.height} of {slm.name}: generate it for that SLM"
         )
+    if slm is not None:
+        encoding_for(slm, video.channels[0].encoding)
     if isinstance(video, ColourVideo):
         from display.colours import colour_playlist
 

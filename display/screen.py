@@ -15,11 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.grey_levels import encode, scale_for
+from chrmc.panels import encoding_for
 from chrmc.response import GreyResponse
 from chrmc.slm import LC_R_1080, SLM
 from display.colours import sequence_rate
 from display.log import Flip, FlipLog
-from display.playlist import Picture, check_size, open_playlist
+from display.opening import open_window
+from display.playlist import Picture, check_levels, open_playlist
 from display.prefetch import Ring
 from display.reels import Pulled, ring_of
 from display.timing import Pace, Summary, pace_for
@@ -31,7 +33,8 @@ class Screen:
     monitor : label, output, a part of either, or index; None takes the one that fits `slm`
     slm : the panel; default that of the named monitor's pixels, else LC_R_1080
     headless : draw without a screen; windowed : a preview on the desktop
-    encoding, response, scale : how complex fields become grey levels (`display.encode`). One scale
+    encoding, response, scale : how complex fields become grey levels (`display.encode`); default
+        the usual encoding of the panel's kind, and those that it cannot show are refused. One scale
         holds for all of them: without one, the first field sets it, kept in `scale`
     channel : "all" for grey, or the one colour channel that the panel shows
     trigger : a `display.Trigger`, the corner square that toggles with every frame, or None
@@ -55,7 +58,7 @@ class Screen:
         slm: SLM | None = None,
         headless: bool = False,
         windowed: bool = False,
-        encoding: str = "ssb",
+        encoding: str | None = None,
         response: GreyResponse | None = None,
         scale: float | None = None,
         channel: str = "all",
@@ -72,10 +75,12 @@ class Screen:
             raise ValueError(f"scale must be positive, not {scale}")
         from display.flipper import Flipper
 
-        self.encoding, self.response, self.scale, self.tell = encoding, response, scale, tell
+        self.response, self.scale, self.tell = response, scale, tell
         self.headless, self._trigger = headless, trigger
         self._turn, self._depth = threading.RLock(), 0
         self._poll: Callable[[], None] = lambda: None
+        if slm is not None:
+            encoding_for(slm, encoding)
         name = None if monitor is None else str(monitor)
         self.surface: Any
         if headless:
@@ -86,7 +91,10 @@ class Screen:
             self.surface.unbind()
             end: Callable[[], None] = self.surface.close
         else:
-            self.slm, self.surface, end, self._poll = _open_window(name, slm, windowed, title)
+            self.slm, self.surface, end, self._poll = open_window(name, slm, windowed, title)
+        self.encoding = encoding_for(self.slm, encoding)
+        if trigger is not None and self.slm.kind == "phase":
+            tell("warning: a phase panel dims nothing: no photodiode sees the trigger square")
         self._end = weakref.finalize(self, end)
         # Before GLFW's own end, which was registered when the first window was opened.
         self._end.atexit = False
@@ -141,7 +149,7 @@ class Screen:
             raise ValueError(
                 f"a frame has (rows, columns), or (rows, columns, 3), not the shape {frame.shape}"
             )
-        check_size(frame, self.slm, "the frame")
+        check_levels(frame, self.slm, "the frame")
         return frame
 
     def show(self, frame: Any, name: str = "") -> Flip:
@@ -313,38 +321,3 @@ class Screen:
             frames = packed_frames((self.levels(frame) for frame in frames), planes)
         pulled = Pulled(frames, self._picture, loop)
         return pulled, list(range(1, pulled.count + 1))
-
-
-def _open_window(
-    monitor: str | None, slm: SLM | None, windowed: bool, title: str
-) -> tuple[SLM, Any, Callable[[], None], Callable[[], None]]:
-    """The panel, its window, and how to close and to poll it; all of it done at home."""
-    from display.home import home
-    from display.monitors import choose, list_monitors
-    from display.window import Window
-
-    place = home()
-
-    def open_it() -> tuple[SLM, Window]:
-        panel = slm
-        if panel is None:
-            panel = LC_R_1080
-            if monitor is not None and not windowed:
-                found = choose(list_monitors(), monitor, panel, any_size=True)
-                if not found.fits(panel):
-                    panel = SLM(found.title, found.width, found.height, panel.pixel_pitch)
-        window = Window(panel, monitor, windowed, title=title)
-        window.unbind()
-        return panel, window
-
-    panel, window = place.call(open_it)
-    place.watch(window.poll)
-
-    def close_it() -> None:
-        def end() -> None:
-            place.forget(window.poll)
-            window.close()
-
-        place.call(end)
-
-    return panel, window, close_it, place.poll

@@ -154,6 +154,7 @@ class Server:
                 "height": screen.slm.height,
                 "pixel_pitch": screen.slm.pixel_pitch,
                 "bits": screen.slm.bits,
+                "kind": screen.slm.kind,
                 "refresh": screen.refresh,
                 "clock": time.perf_counter(),
             }, b""

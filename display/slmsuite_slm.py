@@ -11,6 +11,7 @@ import numpy as np
 
 from chrmc.encoding import coding_for
 from chrmc.grey_levels import encode
+from chrmc.panels import encoding_for
 from chrmc.slm import WAVELENGTH
 from display.log import Flip
 from display.screen import Screen
@@ -26,9 +27,9 @@ class ScreenSLM(SlmsuiteSLM):
 
     screen : an open `display.Screen`, which its owner closes
     wavelength : metres
-    encoding : None on a phase panel, whose grey levels are phases as slmsuite writes them. On an
-        amplitude or binary panel one of `chrmc.encoding.CODINGS`, such as "ssb": the field exp(iφ)
-        of the phases is encoded, within the band that the encoding keeps
+    encoding : None on a phase panel, or one of unknown kind: grey levels are phases as slmsuite
+        writes them. On an amplitude or binary panel one of `chrmc.encoding.CODINGS`, default its
+        usual one: the field exp(iφ) of the phases is encoded, within the band that is kept
     options : of slmsuite's own SLM, such as settle_time_s
 
     `flip` is that of the last frame shown.
@@ -41,7 +42,8 @@ class ScreenSLM(SlmsuiteSLM):
         encoding: str | None = None,
         **options: Any,
     ) -> None:
-        if encoding is not None:
+        if encoding is not None or screen.slm.kind in ("amplitude", "binary"):
+            encoding = encoding_for(screen.slm, encoding)
             coding_for(encoding, screen.slm)
         self.screen, self.encoding = screen, encoding
         self.flip: Flip | None = None

@@ -33,6 +33,7 @@ from chrmc.optics.propagation import (
     spread,
     transfer_function,
 )
+from chrmc.panels import encoding_for
 from chrmc.ranges import DISTANCE_RANGE, WAVELENGTH_RANGE, real
 from chrmc.response import GreyResponse
 from chrmc.slm import SLM, WAVELENGTH
@@ -78,7 +79,7 @@ def check_distance(distance: float) -> float:
 class FourF:
     """The 4-f system for one SLM, encoding and bench; filter and kernels are kept between frames.
 
-    slm, wavelength, encoding : as the frames were made
+    slm, wavelength, encoding : as the frames were made; default the usual one of the panel's kind
     bench : default the paper's, two 15 cm lenses
     response : amplitude of each grey level, default grey/255
     scale : the video's, see the module's text on units
@@ -88,7 +89,7 @@ class FourF:
         self,
         slm: SLM,
         wavelength: float,
-        encoding: str = "ssb",
+        encoding: str | None = None,
         bench: Bench | None = None,
         response: GreyResponse | None = None,
         scale: float = 1.0,
@@ -98,7 +99,7 @@ class FourF:
             raise ValueError(f"scale must be positive, not {scale}")
         self.slm = slm
         self.wavelength = WAVELENGTH_RANGE.of(wavelength)
-        self.coding: Coding = coding_for(encoding, slm)
+        self.coding: Coding = coding_for(encoding or encoding_for(slm), slm)
         self.bench = Bench() if bench is None else bench
         self.response = GreyResponse.linear() if response is None else response
         self.scale = scale
@@ -288,7 +289,7 @@ def four_f_field(
     frame: NDArray[np.uint8],
     slm: SLM,
     wavelength: float,
-    encoding: str = "ssb",
+    encoding: str | None = None,
     *,
     bench: Bench | None = None,
     response: GreyResponse | None = None,
@@ -308,7 +309,7 @@ def four_f(
     slm: SLM,
     wavelength: float,
     distance: float,
-    encoding: str = "ssb",
+    encoding: str | None = None,
     *,
     bench: Bench | None = None,
     response: GreyResponse | None = None,
@@ -319,7 +320,7 @@ def four_f(
     frame : (H, W) uint8 grey levels, as the SLM gets them
     wavelength : metres
     distance : scene depth in metres, > 0
-    encoding : "ssb" (half plane f_y > 0 and zero order blocked) or "real" (zero order blocked)
+    encoding : as the frame was made, such as "ssb" (half plane f_y > 0 and zero order blocked)
     bench : lenses, filter, imperfections; default the paper's two 15 cm lenses
     response : grey to amplitude, default grey/255
     scale : the video's scale gives the scene's own units, |Σ a/r·exp(ikr)|²
@@ -335,7 +336,7 @@ def four_f(
 def decode_field(
     frame: NDArray[np.uint8],
     slm: SLM,
-    encoding: str = "ssb",
+    encoding: str | None = None,
     scale: float = 1.0,
     response: GreyResponse | None = None,
 ) -> NDArray[np.complex64]:

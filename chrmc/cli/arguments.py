@@ -62,7 +62,9 @@ def by_panel(options: dict[str, Any]) -> dict[str, Any]:
     """A recipe's options with the encoding and the response of the panel that --slm named, where
     they were not given; ValueError for an encoding that it cannot show."""
     panel = click.get_current_context().meta.get(PANEL)
-    chosen = {**options, "encoding": encoding_for(panel, options["encoding"])}
+    chosen = dict(options)
+    if panel is not None:
+        chosen["encoding"] = encoding_for(panel.slm, options["encoding"])
     if panel is not None and options.get("gamma") is None and options.get("response") is None:
         chosen["response"] = panel.response
     return chosen

@@ -6,6 +6,7 @@ import click
 
 from chrmc.cli.arguments import FigurePath, form_option, slm_option, wavelength_option
 from chrmc.cli.lengths import FOCAL, Length
+from chrmc.encoding import CODINGS
 from chrmc.slm import SLM
 
 
@@ -20,6 +21,9 @@ from chrmc.slm import SLM
     default=None,
     help="Draw it: a .png, .pdf or .svg.",
 )
+@click.option(
+    "--encoding", type=click.Choice(CODINGS), default=None, help="[the panel's usual one]"
+)
 @form_option
 @slm_option
 @wavelength_option
@@ -29,6 +33,7 @@ def command(
     focal1: float,
     focal2: float,
     out: Path | None,
+    encoding: str | None,
     form: str,
     slm: SLM,
     wavelength: float | None,
@@ -48,7 +53,7 @@ def command(
         for o in given.frame(number).objects
         if len(o.cloud)
     ]
-    sheet = Sheet(slm, scene_wavelength(given, wavelength), focal1, focal2)
+    sheet = Sheet(slm, scene_wavelength(given, wavelength), focal1, focal2, encoding)
     for line in sheet.lines(targets):
         click.echo(line)
     if out is not None:

@@ -21,14 +21,17 @@ def command() -> None:
         slm = panel.slm
         fill = f", fill factor {slm.fill_factor:g}" if slm.fill_factor < 1 else ""
         click.echo(
-            f"{name:<{width}}  {slm.name}: {panel.kind}, {slm.width} × {slm.height} pixels of "
+            f"{name:<{width}}  {slm.name}: {slm.kind}, {slm.width} × {slm.height} pixels of "
             f"{slm.pixel_pitch * 1e6:g} µm, {slm.bits} bit, {slm.refresh:g} Hz{fill}"
         )
         click.echo(f"{'':<{width}}  source: {panel.source}" + (" (yours)" * (name not in PANELS)))
+        if panel.unconfirmed:
+            click.echo(f"{'':<{width}}  unconfirmed: {', '.join(panel.unconfirmed)}")
         told = f", response {panel.response}" if panel.response is not None else ""
-        click.echo(f"{'':<{width}}  encodings: {', '.join(ENCODINGS[panel.kind])}{told}")
+        encodings = ", ".join(ENCODINGS[slm.kind or "amplitude"])
+        click.echo(f"{'':<{width}}  encodings: {encodings}{told}")
     click.echo(
-        "unconfirmed: refresh, bits and fill factor where the source does not name them; compare "
-        "them with your panel's data sheet"
+        "unconfirmed is what no source named, a usual value; compare all with your panel's data "
+        "sheet"
     )
     click.echo(f"your own: {user_folder()}/NAME.toml")

@@ -34,7 +34,10 @@ KINDS = ("point", "grating", "checkerboard", "ramp", "steps", "cross-hair", "uni
     "--at", type=(Length(PLACE), Length(PLACE)), default=(0.0, 0.0), help="point: x y. [0 0]"
 )
 @click.option(
-    "--encoding", type=click.Choice(CODINGS), default="ssb", show_default=True, help="point."
+    "--encoding",
+    type=click.Choice(CODINGS),
+    default=None,
+    help="point. [ssb; error-diffusion, double-phase on a panel known as binary, phase]",
 )
 @click.option("--wavelength", type=Length(LIGHT), default=WAVELENGTH, help="point. [532nm]")
 @click.option("--response", default=None, help="point: linear, gamma:G, or a CSV table.")
@@ -55,10 +58,11 @@ def command(kind: str, out: Path | None, slm: SLM, **rest: Any) -> int:
     With --out it is written to a file, else shown as `chrmc play` shows a picture.
     """
     from chrmc.pictures import write_grey
-    from display.playlist import Picture
+    from display.playlist import Picture, check_levels
     from display.prefetch import Ring
 
     levels = draw(kind, slm, {name: rest.pop(name) for name in SETTINGS})
+    check_levels(levels, slm, kind)
     if out is not None:
         if out.suffix.lower() not in (".tif", ".tiff", ".png"):
             raise ValueError(f"{out}: name the picture .tif or .png")

@@ -21,7 +21,9 @@ from chrmc.slm import SLM
 @click.option(
     "--token", default="", envvar="CHRMC_TOKEN", help="What clients must present. [$CHRMC_TOKEN]"
 )
-@click.option("--encoding", type=click.Choice(list(CODINGS)), default="ssb", show_default=True)
+@click.option(
+    "--encoding", type=click.Choice(list(CODINGS)), default=None, help="[the panel's usual one]"
+)
 @click.option("--scale", type=float, default=None, help="Of complex fields. [the first one's]")
 @click.option("--log", type=click.Path(dir_okay=False), default=None, help="A line per flip.")
 def command(

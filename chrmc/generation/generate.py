@@ -27,7 +27,7 @@ def generate(
     surface: str | None = None,
     tolerance: float | None = None,
     frames: tuple[int, int] | None = None,
-    encoding: str = "ssb",
+    encoding: str | None = None,
     response: Responses = None,
     check_pixels: int | None = None,
     check_share: float = SHARE,
@@ -52,7 +52,7 @@ def generate(
     tolerance : largest relative field error against the float64 truth; default 1e-3 where the
         method promises one
     frames : (first, last), inclusive, from 1; default all
-    encoding : see `display.encode`
+    encoding : see `display.encode`; default the usual one of the panel's kind, "ssb" of amplitude
     response : the panel's grey response, or the CSV file of one, or several, one for each
         wavelength in their order; default linear
     check_pixels : pixels per frame on which the error is measured, 0 for none; default as many, of

@@ -14,6 +14,7 @@ from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import Coding, coding_for
 from chrmc.generation.auto import Taken, is_auto, stored_manifest, taken
 from chrmc.generation.checking import SHARE, SHARES, Check, check_within, stored_check
+from chrmc.panels import encoding_for
 from chrmc.planning.choices import GROUP
 from chrmc.python_file import identity, is_python_name, one_line
 from chrmc.ranges import Count, short
@@ -92,7 +93,7 @@ def recipe_for(
     compensation: str | VideoMethod | None = None,
     surface: str | None = None,
     tolerance: float | None = None,
-    encoding: str = "ssb",
+    encoding: str | None = None,
     gamma: float | None = None,
     response: GreyResponse | str | PathLike[str] | None = None,
     settings: tuple[tuple[str, Any], ...] | Mapping[str, Any] = (),
@@ -104,6 +105,7 @@ def recipe_for(
 ) -> Recipe:
     """The recipe that these choices mean; ValueError where they do not fit together.
 
+    encoding : default the usual one of the panel's kind
     check_pixels : on which each frame's error is measured; default as many, of as many frames, as
         `check_share` of the time allows
     folder : of the video, whose manifest says what `auto` and the check were when it was begun
@@ -111,6 +113,7 @@ def recipe_for(
     scene = as_scene(scene)
     if not isinstance(slm, SLM):
         raise ValueError(f"slm must be an SLM, such as chrmc.LC_R_1080, not {short(slm)}")
+    encoding = encoding_for(slm, encoding)
     coding = coding_for(encoding, slm)
     light = scene_wavelength(scene, wavelength)
     auto, before = None, stored_manifest(folder)

@@ -1,5 +1,6 @@
 """Panels by name, by file, and from the user's folder."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,10 +9,11 @@ import pytest
 from click.testing import CliRunner
 
 import chrmc
+import display
 from chrmc.cli.arguments import SLMType
 from chrmc.cli.main import group, main
-from chrmc.panels import KINDS, PANELS, panel_named, read_panel
-from chrmc.slm import LC_R_1080
+from chrmc.panels import PANELS, encoding_for, read_panel
+from chrmc.slm import KINDS, LC_R_1080
 
 GOOD = 'name = "mine"\nwidth = 800\nheight = 600\npixel_pitch = 9e-6\nbits = 1\nkind = "binary"\n'
 
@@ -24,8 +26,8 @@ def test_shipped_panels_have_a_source_and_a_kind():
     assert convert("lc-r-1080") is LC_R_1080
     for name, panel in PANELS.items():
         assert convert(name.upper()) is panel.slm
-        assert panel.source and panel.kind in KINDS
-        assert (panel.slm.bits == 1) == (panel.kind == "binary")
+        assert panel.source and panel.slm.kind in KINDS
+        assert (panel.slm.bits == 1) == (panel.slm.kind == "binary")
 
 
 def test_sizes_and_pitches_with_units():
@@ -40,7 +42,7 @@ def test_a_file_is_a_panel(tmp_path):
     path.write_text(GOOD)
     slm = convert(str(path))
     assert (slm.name, slm.width, slm.bits, slm.pixel_pitch) == ("mine", 800, 1, 9e-6)
-    assert panel_named(str(path)).kind == "binary"
+    assert slm.kind == "binary"
 
 
 @pytest.mark.parametrize(
@@ -54,6 +56,7 @@ def test_a_file_is_a_panel(tmp_path):
         (GOOD.replace("800", "0"), "side"),
         (GOOD.replace("binary", "sound"), "kind is amplitude, binary, phase"),
         (GOOD.replace('"mine"', "7"), "name must be text"),
+        (GOOD.replace("bits = 1", "bits = 8"), "a binary panel has 1 bit, not 8"),
     ],
 )
 def test_a_bad_file_is_one_line(tmp_path, text, complaint):
@@ -72,6 +75,7 @@ def test_own_panels_are_found_and_listed(tmp_path, monkeypatch):
     listing = CliRunner().invoke(group, ["panels"]).output
     assert "mine" in listing and "800 × 600" in listing and "dlp6500" in listing
     assert "height is missing" in listing
+    assert "unconfirmed: refresh, fill factor" in listing
 
 
 def test_an_unknown_name_says_what_there_is():
@@ -106,6 +110,75 @@ def test_a_panel_brings_its_encoding_and_its_response(
     assert "kind phase, which shows double-phase, kinoform, not ssb" in capsys.readouterr().err
     assert made(str(tmp_path / "bad.toml")) == 2
     assert "names no file" in capsys.readouterr().err
+
+
+def test_a_panel_s_kind_holds_in_python_too(tmp_path: Path) -> None:
+    crystal, mirrors = (
+        chrmc.SLM(kind, 96, 64, 8e-6, 1 if kind == "binary" else 8, kind=kind)
+        for kind in ("phase", "binary")
+    )
+    assert encoding_for(crystal) == "double-phase" and encoding_for(mirrors) == "error-diffusion"
+    assert encoding_for(replace(crystal, kind=None), "kinoform") == "kinoform"
+    dots = chrmc.PointCloud([[0, 0, 0], [5e-5, 0, 0]], [1.0, 1], [0.0, 1])
+    pose = chrmc.Pose(np.eye(3), [0, 0, 0.01])
+    scene = chrmc.PointScene("dots", {"dots": dots}, {"dots": [pose]})
+    video = chrmc.generate(scene, tmp_path / "phase", slm=crystal, check_pixels=0)
+    assert video.encoding == "double-phase" and video.slm == crystal
+    with pytest.raises(ValueError, match="kind binary, which shows error-diffusion, lee, not ssb"):
+        chrmc.generate(scene, tmp_path / "v", slm=mirrors, encoding="ssb")
+    field = chrmc.compute_field(scene.frame(1).cloud, mirrors, 532e-9, tolerance=1e-3)
+    assert set(np.unique(display.encode(field, mirrors))) == {0, 255}
+    # A manifest of before panels had a kind is continued.
+    manifest = tmp_path / "phase" / "manifest.json"
+    content = json.loads(manifest.read_text())
+    del content["slm"]["kind"]
+    manifest.write_text(json.dumps(content))
+    chrmc.generate(scene, tmp_path / "phase", slm=crystal, check_pixels=0)
+    with pytest.raises(ValueError, match="holds another video"):
+        chrmc.generate(scene, tmp_path / "phase", slm=replace(crystal, fill_factor=0.5))
+
+
+def test_what_a_binary_panel_cannot_show_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    size = "width = 64\nheight = 48\npixel_pitch = 8e-6\n"
+    (tmp_path / "own.toml").write_text(size + 'kind = "binary"\nname = "mirrors"\n')
+    (tmp_path / "crystal.toml").write_text(size + 'kind = "phase"\n')
+    mirrors = read_panel(tmp_path / "own.toml").slm
+    grey, dark = np.full(mirrors.shape, 128, np.uint8), np.zeros(mirrors.shape, np.uint8)
+    with display.Screen(headless=True, slm=mirrors) as screen:
+        assert screen.encoding == "error-diffusion"
+        with pytest.raises(ValueError, match="the frame has grey levels, but mirrors is either"):
+            screen.show(grey)
+        screen.show(dark)
+        screen.show(display.pack_planes([dark, dark + 255]))  # bit planes
+        with pytest.raises(ValueError, match="no grey response"):
+            display.calibrate_response(screen, lambda grey: grey)
+    with pytest.raises(ValueError, match="kind binary"):
+        display.Screen(headless=True, slm=mirrors, encoding="ssb")
+    told: list[str] = []
+    crystal = replace(mirrors, bits=8, kind="phase")
+    square = display.Trigger(size=4)
+    with display.Screen(headless=True, slm=crystal, trigger=square, tell=told.append):
+        assert any("no photodiode" in line for line in told)
+
+    def run(*words: object) -> tuple[int, str]:
+        with pytest.raises(SystemExit) as ended:
+            main([str(word) for word in words])
+        return int(ended.value.code or 0), capsys.readouterr().err
+
+    own, out = ("--slm", tmp_path / "own.toml"), tmp_path / "p.png"
+    assert "ramp has grey levels" in run("pattern", "ramp", *own, "--out", out)[1]
+    assert run("pattern", "checkerboard", *own, "--out", out)[0] == 0
+    assert run("pattern", "point", *own, "--depth", "10mm", "--out", out)[0] == 0
+    assert run("play", out, *own, "--headless")[0] == 0
+    assert run("pattern", "ramp", "--slm", "64x48:8um", "--out", out)[0] == 0
+    status, said = run("play", out, *own, "--headless")
+    assert status == 2 and "grey levels" in said
+    (tmp_path / "dots.csv").write_text("x,y,z\n0,0,0\n1,0,0\n0,1,0\n")
+    folder = tmp_path / "v"
+    assert run("generate", tmp_path / "dots.csv", "--out", folder, "--slm", "64x48:8um")[0] == 0
+    assert "kind phase" in run("play", folder, "--slm", tmp_path / "crystal.toml", "--headless")[1]
 
 
 @pytest.mark.parametrize("bits", [1, 4])
