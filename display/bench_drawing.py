@@ -46,7 +46,8 @@ def _filter_plane(axes: Any, sheet: Sheet) -> None:
             color="white",
         )  # fmt: skip
         axes.plot([0], [centre], "+", color=_BEAM, ms=14)
-    passed = f"passed\ncarrier {mm(sheet.carrier)}" if half else "passed"
+    passed = "passed\n"
+    passed += f"carrier {mm(sheet.carrier)}" if half else "zero order too" if zero else ""
     axes.text(0, centre + 0.04 * unit, passed, ha="center", va="top")
     for i in (-1, 0, 1):
         for j in (-1, 0, 1):
@@ -54,10 +55,8 @@ def _filter_plane(axes: Any, sheet: Sheet) -> None:
             if (i, j) != (0, 0):
                 axes.text(i * unit, (j + 0.05) * unit, f"{i:+d}, {j:+d}", ha="center", va="top")
     # Centred over its dot: to one side it would cross the border of the half plane.
-    axes.text(
-        0, -0.03 * unit, f"zero order: {'passed' if zero else 'blocked'}", ha="center", va="bottom",
-        color="white" if half else "black",
-    )  # fmt: skip
+    if not zero:
+        axes.text(0, -0.03 * unit, "zero order: blocked", ha="center", va="bottom", color="white")
     axes.annotate(
         "", (-unit, -1.06 * unit), (0, -1.06 * unit), arrowprops={"arrowstyle": "<->", "color": "w"}
     )

@@ -21,6 +21,7 @@ from functools import cached_property
 from math import asin, degrees, sqrt, tan
 
 from chrmc.encoding import Coding, coding_for
+from chrmc.optics.resolution import depth_of_focus, resolution
 from chrmc.panels import encoding_for
 from chrmc.slm import SLM
 
@@ -42,8 +43,8 @@ class Place:
     camera : from lens 2, what to focus on when U passes (negative: before lens 2, seen through it)
     sensor : from lens 2, of the bare sensor when the conjugate passes
     x, y : image centre; the image is upside down and left to right
-    resolution : (x, y) in object space, λz over the panel's width and height
-    focus : (x, y) depth of focus in object space, about 2λ(z/width)²
+    resolution : (x, y) in object space, λz over what of the panel's sides a point is shown on
+    focus : (x, y) depth of focus in object space, about 2λ(z/side)²
     field_any, field_all : (x, y) half-widths that some pixel, or every pixel, can serve
     """
 
@@ -161,8 +162,8 @@ class Sheet:
             self.focal2 + m**2 * z,
             -m * target.x,
             -m * target.y,
-            (self.wavelength * z / width, self.wavelength * z / height),
-            (2 * self.wavelength * (z / width) ** 2, 2 * self.wavelength * (z / height) ** 2),
+            resolution(self.slm, self.wavelength, z, band)[::-1],
+            depth_of_focus(self.slm, self.wavelength, z, band)[::-1],
             (reach_x + width / 2, reach_y + height / 2),
             (max(0.0, reach_x - width / 2), max(0.0, reach_y - height / 2)),
         )

@@ -90,6 +90,22 @@ def test_the_bench_sheet_has_the_known_numbers():
     assert (place.x, place.y) == (-1e-3, -2e-3)
 
 
+def test_the_bench_sheet_of_a_phase_panel_leaves_the_zero_order():
+    crystal = SLM("crystal", 1920, 1080, 8e-6, kind="phase")
+    sheet = Sheet(crystal, 532e-9)
+    side = 532e-9 * 0.15 / 8e-6 / 2  # half the band in both directions, about the axis
+    assert sheet.carrier == 0 and sheet.opening == pytest.approx((side, side))
+    told = "\n".join(sheet.lines([Target("it", 0.25)]))
+    assert "double-phase" in told and "leave it" in told
+    assert "conjugate" not in told and "sensor" not in told
+    # Its footprint, not the panel, is what resolves in x: ±0.95° of 250 mm.
+    assert sheet.place(Target("it", 0.25)).resolution[0] == pytest.approx(16.0e-6, rel=0.01)
+    mirrors = SLM("mirrors", 1920, 1080, 8e-6, 1, kind="binary")
+    assert Sheet(mirrors, 532e-9).carrier == pytest.approx(side / 2)
+    with pytest.raises(ValueError, match="kind phase"):
+        Sheet(crystal, 532e-9, encoding="ssb")
+
+
 def test_image_places_obey_the_lens_equation():
     sheet = Sheet(LC_R_1080, 532e-9, 0.2, 0.1)
 
