@@ -62,11 +62,12 @@ def calibrate_response(
 
 @contextmanager
 def camera(
-    index: int, region: tuple[int, int, int, int] | None = None, pictures: int = 4
+    source: int | str, region: tuple[int, int, int, int] | None = None, pictures: int = 4
 ) -> Iterator[Measure]:
     """A camera that OpenCV knows, as a `Measure`; needs OpenCV (chrmc[camera]).
 
-    index : of the camera; region : x, y, width, height of the panel in its pictures
+    source : number of the camera, or what OpenCV opens by name: a device, a stream, a recording
+    region : x, y, width, height of the panel in its pictures
     pictures : that are averaged; as many before them are thrown away, being older than the flip
 
     Switch automatic exposure and gamma off, in the camera's own program if it must be: grey must be
@@ -78,10 +79,10 @@ def camera(
         raise OSError("a camera needs OpenCV: pip install 'chrmc[camera]'") from None
     with suppress(AttributeError):  # what is wrong is said below
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    device = cv2.VideoCapture(index)
+    device = cv2.VideoCapture(source)
     try:
         if not device.isOpened():
-            raise OSError(f"there is no camera {index}")
+            raise OSError(f"there is no camera {source}")
         yield lambda grey: _taken(device, region, pictures)
     finally:
         device.release()

@@ -21,7 +21,12 @@ from chrmc.slm import SLM
     help="CSV table to write, for --response.",
 )
 @click.option("--measure", default=None, help="FILE.py:NAME, a function grey → intensity.")
-@click.option("--camera", type=int, default=None, help="Index of a camera (chrmc[camera]).")
+@click.option(
+    "--camera",
+    default=None,
+    help="Number of a camera, or a name that OpenCV opens, as /dev/video2 or a stream "
+    "(chrmc[camera]).",
+)
 @click.option(
     "--csv",
     "table",
@@ -59,7 +64,7 @@ from chrmc.slm import SLM
 def command(
     out: Path,
     measure: str | None,
-    camera: int | None,
+    camera: str | None,
     table: Path | None,
     monitor: str | None,
     headless: bool,
@@ -118,7 +123,7 @@ def command(
 
 def _measured(
     measure: str | None,
-    camera: int | None,
+    camera: str | None,
     region: str | None,
     monitor: str | None,
     headless: bool,
@@ -144,7 +149,9 @@ def _measured(
             function = from_python_file(measure)
             stack.enter_context(one_line(measure))
         else:
-            function = stack.enter_context(calibrate.camera(int(camera or 0), part))
+            assert camera is not None
+            source = int(camera) if camera.isdecimal() else camera
+            function = stack.enter_context(calibrate.camera(source, part))
         screen = stack.enter_context(
             Screen(
                 monitor,

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import chrmc
 import display
 from chrmc.cli.main import main
-from chrmc.response_fit import fit_response
+from chrmc.response_fit import SEED, fit_response
 from chrmc.response_map import basis
 
 PANEL = chrmc.SLM("small", 240, 160, 8.1e-6)
@@ -141,6 +141,47 @@ def test_a_mapped_response_makes_holograms(tmp_path: Path) -> None:
     flat = chrmc.GreyResponse(mapped.levels)
     print(f"field error: one curve {error(flat):.3f}, map {error(mapped):.3f}")
     assert error(mapped) < 0.4 * error(flat)
+
+
+def test_a_camera_sees_the_panel(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """OpenCV plays a recording of the bench in place of a live camera: the panel beside dark walls,
+    each level for the pictures that are thrown away, being older than the flip, and those kept."""
+    cv2 = pytest.importorskip("cv2")
+    levels = np.rint(np.linspace(0, 255, 9)).astype(int)
+    rng = np.random.default_rng(SEED)
+    shown = np.concatenate([rng.permutation(levels) for _ in range(2)])
+    noise, before, count = np.random.default_rng(9), 0, 0
+    for grey in shown:
+        for seen in [before] * 4 + [grey] * 4:
+            picture = np.full((40, 60, 3), 12.0)
+            fall = 1 - 0.1 * np.linspace(-1, 1, 24)[None, :, None]
+            picture[8:24, 20:44] = 200 * s_curve(np.array(seen / 255)) * fall
+            picture += noise.normal(0, 1.5, picture.shape)
+            name = str(tmp_path / f"bench_{count:04d}.png")
+            assert cv2.imwrite(name, np.clip(np.rint(picture), 0, 255).astype(np.uint8))
+            count += 1
+        before = grey
+    out = tmp_path / "response.csv"
+    command = ["calibrate-response", "--headless", "--slm", "16x12:8um", "--settle", "0"]
+    command += ["--camera", str(tmp_path / "bench_%04d.png"), "--steps", "9", "--repeats", "2"]
+    command += ["--region", "20,8,24,16", "--map", "1", "--wavelength", "532nm"]
+
+    def run(*more: str) -> int:
+        with pytest.raises(SystemExit) as ended:
+            main([*command, *more])
+        return int(ended.value.code or 0)
+
+    assert run("--out", str(out)) == 0
+    found = chrmc.GreyResponse.from_csv(out)
+    true = s_curve(GREY)
+    assert np.abs(np.abs(found.levels) ** 2 - true / true.max()).max() < 0.02
+    assert found.wavelength == pytest.approx(532e-9) and found.tilt is not None
+    x, y = found.tilt[255] * np.abs(found.levels[255]) ** 2
+    assert x == pytest.approx(-0.1, abs=0.01) and y == pytest.approx(0, abs=0.01)
+    assert run("--out", str(out), "--repeats", "3") == 2
+    assert "gave no picture" in capsys.readouterr().err
+    assert run("--out", str(out), "--region", "50,8,24,16") == 2
+    assert "reaches beyond" in capsys.readouterr().err
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
