@@ -10,6 +10,7 @@ import click
 
 from chrmc.cli.arguments import slm_option
 from chrmc.cli.lengths import WAVELENGTH, Length
+from chrmc.cli.surface import place_options, screen_on
 from chrmc.slm import SLM
 
 
@@ -34,9 +35,7 @@ from chrmc.slm import SLM
     default=None,
     help="Readings taken elsewhere: columns grey,intensity; nothing is shown.",
 )
-@click.option("--monitor", default=None, help="As for play. [the one that fits the SLM]")
-@click.option("--headless", is_flag=True, help="Draw without a screen.")
-@click.option("--windowed", is_flag=True, help="A preview on the desktop.")
+@place_options
 @slm_option
 @click.option("--steps", type=int, default=33, show_default=True, help="Grey levels shown.")
 @click.option("--repeats", type=int, default=4, show_default=True, help="Times that each is shown.")
@@ -66,14 +65,15 @@ def command(
     measure: str | None,
     camera: str | None,
     table: Path | None,
-    monitor: str | None,
-    headless: bool,
-    windowed: bool,
     slm: SLM,
     region: str | None,
     plot: Path | None,
     wavelength: float | None,
-    **how: Any,
+    steps: int,
+    repeats: int,
+    settle: float,
+    degree: int,
+    **place: Any,
 ) -> None:
     """Measure a panel's grey response: show levels, take their light, fit a monotone curve.
 
@@ -103,7 +103,8 @@ def command(
         grey, readings = read_readings(table)
         fit = fit_response(grey.tolist(), readings.tolist())
     else:
-        fit = _measured(measure, camera, region, monitor, headless, windowed, slm, how)
+        how = {"steps": steps, "repeats": repeats, "settle": settle, "degree": degree}
+        fit = _measured(measure, camera, region, place, slm, how)
     fit = replace(fit, wavelength=wavelength)
     fit.response  # noqa: B018 - refuses what is no response before anything is written
     fit.write(out)
@@ -125,24 +126,18 @@ def _measured(
     measure: str | None,
     camera: str | None,
     region: str | None,
-    monitor: str | None,
-    headless: bool,
-    windowed: bool,
+    place: dict[str, Any],
     slm: SLM,
     how: dict[str, Any],
 ) -> Any:
     from chrmc.python_file import from_python_file, one_line
     from display import calibrate
-    from display.screen import Screen
 
     part: Any = None
     if region is not None:
         if not re.fullmatch(r"\d{1,6}(,\d{1,6}){3}", region):
             raise ValueError(f"--region {region}: write X,Y,WIDTH,HEIGHT in the camera's pixels")
         part = tuple(int(n) for n in region.split(","))
-
-    def tell(line: str) -> None:
-        click.echo(line, err=line.startswith("warning"))
 
     with ExitStack() as stack:
         if measure is not None:
@@ -152,16 +147,7 @@ def _measured(
             assert camera is not None
             source = int(camera) if camera.isdecimal() else camera
             function = stack.enter_context(calibrate.camera(source, part))
-        screen = stack.enter_context(
-            Screen(
-                monitor,
-                slm=slm,
-                headless=headless,
-                windowed=windowed,
-                tell=tell,
-                title="chrmc calibrate-response",
-            )
-        )
+        screen = stack.enter_context(screen_on(place, slm, "chrmc calibrate-response"))
         return calibrate.calibrate_response(screen, function, **how)
 
 

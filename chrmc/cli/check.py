@@ -1,11 +1,13 @@
 """`chrmc check`: the verdict on a hologram video."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
+from chrmc.cli.arguments import FigurePath, stacked
 from chrmc.cli.lengths import OFFSET, Length
 
 
@@ -38,6 +40,15 @@ def chosen_frames(asked: list[tuple[int, int]] | None, video: Any) -> list[int]:
         return chosen_frames(None, video)
     numbers = [n for first, last in asked for n in range(first, last + 1)]
     return chosen_frames(numbers or list(video.numbers), video)
+
+
+def drawn_video(frames: str) -> Callable[[Any], Any]:
+    """Arguments of a command that draws frames of a video; frames : what --help says of them."""
+    return stacked(
+        click.argument("video", metavar="DIR", type=click.Path(path_type=Path)),
+        click.option("--out", type=FigurePath(), required=True, help="A .png, .pdf or .svg."),
+        click.option("--frames", type=FrameList(), default=None, help=frames),
+    )
 
 
 @click.command("check")

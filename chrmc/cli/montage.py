@@ -8,7 +8,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cli.check import FrameList, chosen_frames
+from chrmc.cli.check import chosen_frames, drawn_video
 from chrmc.store.colour import ColourVideo
 from chrmc.store.video import Video
 
@@ -26,24 +26,13 @@ def shown_frames(there: Sequence[int]) -> list[int]:
 
 
 @click.command("montage")
-@click.argument("video", metavar="DIR", type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(path_type=Path), required=True, help="A .png, .pdf or .svg to write."
-)
-@click.option(
-    "--frames",
-    type=FrameList(),
-    default=None,
-    help="Such as 1,15:18. [1,21,51,80 where there, else first and last]",
-)
+@drawn_video("Such as 1,15:18. [1,21,51,80 where there, else first and last]")
 def command(video: Path, out: Path, frames: list[tuple[int, int]] | None) -> int:
     """Draw frames of the video in DIR: each hologram, and what it shows at each object's depth. A
     video in colours is drawn in them."""
-    from chrmc.figures import check_figure
     from chrmc.store.colour import open_video
 
     stored = open_video(video)
-    check_figure(out)
     every = chosen_frames([], stored)
     numbers = shown_frames(every) if frames is None else chosen_frames(frames, stored)
     draw_montage(stored, numbers, out)
@@ -56,11 +45,10 @@ def draw_montage(video: Video | ColourVideo, numbers: Sequence[int], path: Path)
     object's depth with the object itself enlarged; in colour of a video in colours."""
     from chrmc.figures import new_figure, save
     from reconstruct.colour import balanced, colour_systems
-    from reconstruct.sequence import system_of
 
     names = [o["name"] for o in video.entry(numbers[0])["objects"]]
     coloured = isinstance(video, ColourVideo)
-    systems = colour_systems(video) if isinstance(video, ColourVideo) else [system_of(video)]
+    systems = colour_systems(video)
     view = _view(video, numbers)
     wide = (view[1] - view[0]) / (view[3] - view[2])
     height = 2.4
@@ -89,9 +77,7 @@ def draw_montage(video: Video | ColourVideo, numbers: Sequence[int], path: Path)
                 np.abs(system.at(field, thing["depth"]))
                 for system, field in zip(systems, fields, strict=True)
             ]
-            amplitude = images[0]
-            if isinstance(video, ColourVideo):
-                amplitude = np.sqrt(balanced(video, [image**2 for image in images]))
+            amplitude = np.sqrt(balanced(video, [image**2 for image in images]))
             _show_depth(cell, amplitude, video, view, thing, entry["objects"])
     save(figure, path)
 
@@ -190,8 +176,8 @@ def _show_depth(
     white = float(np.percentile(inside, 98)) if inside.size else float(amplitude.max())
     extent = (-half_x * 1e3, half_x * 1e3, half_y * 1e3, -half_y * 1e3)
     show = {"cmap": "gray", "vmin": 0, "vmax": max(white, 1e-30), "extent": extent}
-    picture: Any = amplitude
-    if isinstance(video, ColourVideo):
+    picture: Any = amplitude[..., 0]
+    if len(video.channels) > 1:
         from reconstruct.colour import colour_levels
 
         picture = colour_levels(amplitude**2, video, max(white, 1e-30) ** 2)

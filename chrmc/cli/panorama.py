@@ -5,23 +5,14 @@ from typing import Any
 
 import click
 
-from chrmc.cli.check import FrameList, chosen_frames
+from chrmc.cli.check import FrameList, chosen_frames, drawn_video
 
 PANELS = (21, 51, 80)
 """Frames that the paper's Fig. 14 shows one by one."""
 
 
 @click.command("panorama")
-@click.argument("video", metavar="DIR", type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(path_type=Path), required=True, help="A .png, .pdf or .svg to write."
-)
-@click.option(
-    "--frames",
-    type=FrameList(),
-    default=None,
-    help="In the panorama, such as 1,15:80 or all. [as many as do not overlap]",
-)
+@drawn_video("In the panorama, such as 1,15:80 or all. [as many as do not overlap]")
 @click.option(
     "--panels",
     type=FrameList(),
@@ -36,14 +27,13 @@ def command(
 ) -> int:
     """Draw the video in DIR as one picture: moving objects at several moments, every object
     reconstructed at its own depth; below, single frames. A video in colours is drawn in them."""
-    from chrmc.figures import check_figure
     from chrmc.progress import progress
-    from chrmc.store.colour import ColourVideo, open_video
-    from reconstruct.sequence import composite, panorama, region_of, spread_frames, system_of
+    from chrmc.store.colour import open_video
+    from reconstruct.colour import balanced, colour_image, colour_systems
+    from reconstruct.sequence import panorama, region_of, spread_frames
 
     stored = open_video(video)
-    lasers = stored.channels if isinstance(stored, ColourVideo) else (stored,)
-    check_figure(out)
+    lasers = stored.channels
     every = chosen_frames([], stored)
     numbers = (
         spread_frames(lasers[0], stored.numbers)
@@ -55,20 +45,9 @@ def command(
         single = single or sorted({every[0], every[len(every) // 2], every[-1]})
     else:
         single = chosen_frames(panels, stored)
-    systems = [system_of(one) for one in lasers]
-
-    def seen(images: list[Any]) -> Any:
-        if not isinstance(stored, ColourVideo):
-            return images[0]
-        from reconstruct.colour import balanced
-
-        return balanced(stored, images)
-
-    wide = seen([panorama(one, numbers).image for one in lasers])
-    shown = {
-        n: seen([composite(one, n, s).image for one, s in zip(lasers, systems, strict=True)])
-        for n in progress(single, "panorama")
-    }
+    systems = colour_systems(stored)
+    wide = balanced(stored, [panorama(one, numbers).image for one in lasers])
+    shown = {n: colour_image(stored, n, None, systems) for n in progress(single, "panorama")}
     draw(stored, wide, shown, numbers, region_of(lasers[0]), out)
     click.echo(f"{out}: frames {', '.join(str(n) for n in numbers)} in one, {len(shown)} below")
     return 0
@@ -79,19 +58,16 @@ def draw(
 ) -> None:
     """Write the picture.
 
-    wide, shown : (H, W) intensities, or (H, W, lasers); shown by frame numbers
+    wide, shown : (H, W, lasers) intensities; shown by frame numbers
     """
     import numpy as np
     from matplotlib.figure import Figure
 
     from chrmc.figures import save, scale_bar
-    from chrmc.store.colour import ColourVideo
     from reconstruct.colour import colour_levels
-    from reconstruct.images import to_grey
     from reconstruct.sequence import common_scale, targets_of
 
-    coloured = isinstance(stored, ColourVideo)
-    every = np.stack([np.atleast_3d(image) for image in shown.values()], axis=-1)
+    every = np.stack(list(shown.values()), axis=-1)
     white = max(common_scale(list(np.moveaxis(laser, -1, 0))) for laser in np.moveaxis(every, 2, 0))
     slm = stored.slm
     edges = [
@@ -115,8 +91,7 @@ def draw(
         title = f"frame {number}: {depths}"
         pictures.append((figure.add_subplot(grid[1, i]), image, title, white / 4))
     for axis, image, title, top in pictures:
-        part = image[region]
-        levels = colour_levels(part, stored, top or 1.0) if coloured else to_grey(part, top or 1.0)
+        levels = colour_levels(image[region], stored, top or 1.0)
         axis.imshow(levels, cmap="gray", vmin=0, vmax=255, extent=extent)
         axis.set_title(title, fontsize=9, loc="left")
         axis.set_xticks([])

@@ -9,6 +9,7 @@ import click
 from chrmc.cli.arguments import FigurePath, FrameRange, SLMType, stacked
 from chrmc.cli.lengths import WAVELENGTH, Lengths
 from chrmc.cli.signals import ended_by_signal
+from chrmc.cli.surface import place_options, screen_on
 from chrmc.slm import SLM
 
 CHANNELS = ("all", "red", "green", "blue")
@@ -16,14 +17,7 @@ CORNERS = ("top-left", "top-right", "bottom-left", "bottom-right")
 
 
 surface_options = stacked(
-    click.option(
-        "--monitor",
-        default=None,
-        help="Name, part of a name, or index, as `chrmc monitors` lists them. "
-        "[the one that fits the SLM]",
-    ),
-    click.option("--headless", is_flag=True, help="Draw without a screen, through EGL."),
-    click.option("--windowed", is_flag=True, help="Preview in a window on the desktop."),
+    place_options,
     click.option(
         "--log",
         type=click.Path(path_type=Path, dir_okay=False),
@@ -171,16 +165,13 @@ def show(
     slm: SLM,
     name: str,
     *,
-    monitor: str | None,
     headless: bool,
-    windowed: bool,
     log: Path | None,
     plot: Path | None,
     **options: Any,
 ) -> int:
     """Open the surface that the options mean, play a reel on it, and report; the exit status."""
     from display.log import plot_intervals
-    from display.screen import Screen
 
     if options["verify_screen"] and headless:
         raise ValueError("--verify-screen reads a monitor: use --verify with --headless")
@@ -192,18 +183,15 @@ def show(
     with contextlib.ExitStack() as stack:
         stack.enter_context(ended_by_signal(even_under_nohup=True))
         screen = stack.enter_context(
-            Screen(
-                monitor,
-                slm=slm,
-                headless=headless,
-                windowed=windowed,
+            screen_on(
+                {**options, "headless": headless},
+                slm,
+                f"chrmc: {name}",
                 channel=options["channel"],
                 trigger=trigger_of(options),
                 on_flip=_marks(options["udp"], options["serial"], stack, _lasers(reel)),
                 log=log,
                 verify="screen" if options["verify_screen"] else "frames" * options["verify"],
-                tell=_tell,
-                title=f"chrmc: {name}",
             )
         )
         click.echo(f"{name} on {screen.name}" + ("" if headless else "; Esc ends"))
@@ -261,7 +249,3 @@ def _marks(
             mark(flip)
 
     return send if marks else None
-
-
-def _tell(line: str) -> None:
-    click.echo(line, err=line.startswith("warning"))

@@ -6,15 +6,14 @@ from typing import Any
 import click
 
 from chrmc.cli.arguments import slm_option
-from chrmc.cli.play import ended_by_signal
+from chrmc.cli.signals import ended_by_signal
+from chrmc.cli.surface import place_options, screen_on, tell
 from chrmc.encoding import CODINGS
 from chrmc.slm import SLM
 
 
 @click.command("serve")
-@click.option("--monitor", default=None, help="As for play. [the one that fits the SLM]")
-@click.option("--headless", is_flag=True, help="Draw without a screen.")
-@click.option("--windowed", is_flag=True, help="A preview on the desktop.")
+@place_options
 @slm_option
 @click.option("--port", type=int, default=47808, show_default=True, help="0 takes a free one.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Elsewhere needs --token.")
@@ -27,37 +26,25 @@ from chrmc.slm import SLM
 @click.option("--scale", type=float, default=None, help="Of complex fields. [the first one's]")
 @click.option("--log", type=click.Path(dir_okay=False), default=None, help="A line per flip.")
 def command(
-    monitor: str | None,
-    headless: bool,
-    windowed: bool,
     slm: SLM,
     port: int,
     host: str,
     token: str,
-    **options: Any,
+    encoding: str | None,
+    scale: float | None,
+    log: str | None,
+    **place: Any,
 ) -> None:
     """Show what another program sends: `display.Remote`, MATLAB, LabVIEW (docs/remote.md).
 
     One client at a time. It listens on this machine alone unless --host and --token say otherwise;
     what is sent is not encrypted, so keep it in a laboratory's own network. Esc or Ctrl-C ends it.
     """
-    from display.screen import Screen
     from display.serve import Server
-
-    def tell(line: str) -> None:
-        click.echo(line, err=line.startswith("warning"))
 
     with (
         ended_by_signal(),
-        Screen(
-            monitor,
-            slm=slm,
-            headless=headless,
-            windowed=windowed,
-            tell=tell,
-            title="chrmc serve",
-            **options,
-        ) as screen,
+        screen_on(place, slm, "chrmc serve", encoding=encoding, scale=scale, log=log) as screen,
     ):
         server = Server(screen, host, port, token, tell)
         where, number = server.address
