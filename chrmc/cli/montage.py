@@ -192,10 +192,12 @@ def _show_depth(
     )
     centre = (low + high)[:2] / 2
     size = (0.26, 0.56)
+    aspect = size[0] * (view[1] - view[0]) / (size[1] * (view[3] - view[2]))
+    span = max((high - low)[0] / aspect, (high - low)[1]) * 0.58
+    if 2 * span > size[1] * (view[3] - view[2]):
+        return  # it fills the view: an inset would show it smaller
     inset = axis.inset_axes((*_free_corner(view, size, others), *size))
     _style(inset)
     inset.imshow(picture, interpolation="nearest", **show)
-    aspect = size[0] * (view[1] - view[0]) / (size[1] * (view[3] - view[2]))
-    span = max((high - low)[0] / aspect, (high - low)[1]) * 0.58
     inset.set_xlim((centre[0] - span * aspect) * 1e3, (centre[0] + span * aspect) * 1e3)
     inset.set_ylim((centre[1] + span) * 1e3, (centre[1] - span) * 1e3)
