@@ -94,6 +94,25 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("high = min(count, ceil(at.max())", "ceil(at.max()) + MARGIN + 1 → "
          "(ceil(at.max()) + MARGIN - 1)", "two dark pixels of it"),
     ],
+    "chrmc/compensation/ch_rmc_paper/cylinder.py": [
+        ("_ROOM = ", "", "a column of padding"),
+    ],
+    "chrmc/compensation/ch_rmc_object/cost.py": [
+        (f"_{name} = ", "", "a weight of a count, as measured: how long, not what")
+        for name in ("CHOSEN", "SOME", "KEY", "FEW", "CHOOSE", "FOUND_OUT", "LOOK_UP", "WAVE")
+    ],
+    "chrmc/compensation/ch_rmc_object/sums.py": [
+        ("_AT_ONCE, _RUN = ", "", "points at once"),
+        ("_FEW = ", "", "the same"),
+        ("half = (high - low)", "", "places farther apart, and more of them"),
+    ],
+    "chrmc/compensation/ch_rmc_object/promise.py": [
+        ("if total.relative <= SURE", "total.relative <= SURE * self.tolerance * sqrt(kept) → "
+         "(total.relative < SURE * self.tolerance * sqrt(kept))", "measured numbers are not equal"),
+    ],
+    "chrmc/compensation/ch_rmc_object/video.py": [
+        ("later = [n for n in self._numbers", "n > number → (n >= number)", "a frame twice"),
+    ],
     "chrmc/compensation/ch_rmc_paper/paper.py": [
         ("extraction = (time", "", "seconds of a stage"),
     ],
@@ -109,9 +128,13 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     ],
     "chrmc/compensation/ch_rmc_object/sphere.py": [
         ("for _ in range(20):", "20 → 21", "Newton's steps past convergence"),
+        ("if 2 * len(change) <= ", "2 * len(change) <= np.count_nonzero(visible) → "
+         "(2 * len(change) < np.count_nonzero(visible))", "which of two equal costs"),
     ],
     "chrmc/cgh/curved/series.py": [
         ("counts.append(1 + node_count(1.15", "1.15 → 2.3", "more samples cost time"),
+        ("if not len(enough) or", "_TRIED - 2 → (_TRIED + 2)", "which of two ways counts samples"),
+        ("if not len(enough) or", "2 → 3", "the same"),
     ],
     "reconstruct/focus.py": [
         ("if not np.isfinite(depth) or rise", "rise * sqrt(grains) < PROMINENCE → "

@@ -45,7 +45,7 @@ def motions(path: NDArray[np.float64], least_noise: float = 0.0) -> dict[int, Mo
         if segment is None:
             continue
         by = path[number - 1] - path[number - 2]
-        if segment.kind == "arc" and segment.centre is not None:
+        if segment.centre is not None:
             angle = found.angle(number)
             out[number] = Rotation(segment.centre, angle) if angle else None
         elif segment.kind == "translation" or abs(by[1]) > found.noise:

@@ -125,3 +125,17 @@ def test_layers_are_as_many_as_bessel_functions_say(swing: float, tolerance: flo
     count = layer_count(swing, tolerance)
     assert np.sqrt(2) * jv(count, swing) <= tolerance
     assert count == 1 or np.sqrt(2) * jv(count - 2, swing) > tolerance
+
+
+def test_layers_follow_the_rms_of_a_boxs_squares() -> None:
+    """The path's second order is (Δ_1² + Δ_2²)/2r: over a box drawn at random."""
+    random = np.random.default_rng(5)
+    for half in ((1e-3, 4e-4, 0.0), (6e-4, 9e-4, 0.0)):
+        x, y = (random.uniform(-h, h, 400_000) for h in half[:2])
+        rms = np.sqrt(np.mean((x * x + y * y) ** 2))
+        for deep in np.linspace(0.05, 3, 60):
+            view = View((-0.01, 0.01), (-0.01, 0.01), (4.0, 4.0 + deep), 0.0)
+            grid = make_grid(np.array(half), view, (0.02, 0.02), WAVELENGTH, 1e-4)
+            swing = np.pi * rms * deep / 2 / WAVELENGTH
+            allowed = [layer_count(share * swing, 0.3e-4) for share in (0.985, 1.015)]
+            assert allowed[0] <= len(grid.layers) <= allowed[1]

@@ -3,16 +3,21 @@
 The figures are those that the measured weights give; who changes one measures it anew.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from chrmc import LC_R_1080, WAVELENGTH, PointCloud
-from chrmc.cgh.curved.interface import lines_of, plane_of
+from chrmc.cgh.curved.interface import cost_of, lines_of, plane_of
 from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, Choice, choose
+from chrmc.compensation.ch_rmc_object.cost import cost
 from chrmc.compensation.ch_rmc_object.plan import outline_of, planned
 from chrmc.encoding import coding_for
+from chrmc.scene.point_scene import PointScene
 from chrmc.scene.scene import ObjectFrame, Pose
+from chrmc.slm import SLM
 from chrmc.window import Window
 
 
@@ -27,10 +32,11 @@ def chosen(
 ) -> Choice:  # fmt: skip
     """For a body that turns by so much a frame, near the left edge."""
     points = body(count, size)
-    poses = [
-        Pose(Rotation.from_rotvec(np.array(turn) * k).as_matrix(), np.array([-3e-3, 5e-4, 0.25]))
-        for k in range(frames)
-    ]
+    # Whose coordinates begin anywhere.
+    aside = np.array([5e-3, -2e-3, 1e-2])
+    points = PointCloud(points.positions + aside, points.amplitude, points.phase)
+    turns = [Rotation.from_rotvec(np.array(turn) * k).as_matrix() for k in range(frames)]
+    poses = [Pose(one, np.array([-3e-3, 5e-4, 0.25]) - one @ aside) for one in turns]
     cloud = PointCloud(poses[0].apply(points.positions), points.amplitude, points.phase)
     thing = ObjectFrame("body", cloud, points, np.arange(count), poses[0])
     window, passband = Window.full(LC_R_1080), coding_for("ssb", LC_R_1080).passband
@@ -93,3 +99,44 @@ def test_an_outline_holds_all_points_and_little_more() -> None:
     ways = random / np.linalg.norm(random, axis=1)[:, None]
     farthest, found = (own @ ways.T).max(axis=0), (rim @ ways.T).max(axis=0)
     assert np.all(found >= 0.998 * farthest) and np.all(found <= 1.021 * farthest)
+
+
+def test_what_is_done_with_each_object_and_what_it_takes() -> None:
+    """The largest first: how it is made, its first frame, and one on the average."""
+    slm = SLM("small", 480, 300, 8.1e-6)
+    wide = PointCloud.concatenate([
+        PointCloud(part.positions + np.array([x, 0, z]), part.amplitude, part.phase)
+        for part, x, z in ((body(900, (5e-4,) * 3), -1e-3, 0), (body(800, (5e-4,) * 3), 1e-3, 0.1))
+    ])  # fmt: skip
+    bodies = {"turns": body(4000, (1e-3,) * 3), "wide": wide, "few": body(600, (1e-3,) * 3),
+              "rests": body(300, (1e-3,) * 3), "loose": body(200, (1e-3,) * 3)}  # fmt: skip
+
+    def pose(name: str, k: int) -> Pose:
+        turn = 0 if name == "rests" else 0.01 * k
+        return Pose(Rotation.from_rotvec([0, turn, 0]).as_matrix(), np.array([0, 0, 0.15]))
+
+    poses = {name: [pose(name, k) for k in range(4)] for name in bodies}
+    scene = PointScene("five", bodies, poses)
+    things = [
+        replace(thing, body=None, ids=None, pose=None) if thing.name == "loose" else thing
+        for thing in scene.frame(1).objects
+    ]
+    coding = coding_for("ssb", slm)
+    found = cost(scene, things, range(2, 5), slm, WAVELENGTH, coding, tolerance=1e-3)
+    assert [one.name for one in found] == ["turns", "wide", "few", "rests", "loose"]
+    turns, several, few, rests, loose = found
+    assert loose.how == "afresh: its points are not known again" and loose.key == loose.mean
+    assert rests.how == "it rests"
+    assert rests.mean.calls == pytest.approx(rests.key.calls / 4)
+    assert few.how.startswith("afresh, or from its sphere") and few.key.calls > few.mean.calls
+    assert several.how.startswith("afresh, most likely: its light takes")
+    assert turns.how.startswith("afresh: looking up would") or "part" in turns.how
+    plane = plane_of(slm, WAVELENGTH, Window.full(slm), coding.passband)
+    for one, thing in zip(found[1:], [things[i] for i in (1, 2, 3, 4)], strict=True):
+        own = replace(plane, points=len(thing.cloud))
+        afresh = cost_of(thing.cloud, lines_of(slm, Window.full(slm)), own, 1e-3)
+        assert one.key.phasors == pytest.approx(afresh.phasors)
+        assert one.key.products == pytest.approx(afresh.products)
+    for one in (turns, several, few):
+        # Finding out how is paid once.
+        assert one.key.calls - one.mean.calls > 1e5

@@ -283,3 +283,11 @@ def test_a_motion_below_a_pixel_of_footprint_keeps_their_edges() -> None:
             for x, _, deep in near.positions
         ]
         assert (window.column1 - window.column0 > np.all(flat, axis=0).sum()) == whole
+
+
+def test_the_phase_comes_out_right_far_from_the_axis_too() -> None:
+    """Where the chain of thin conversions alone would leave 0.43 rad."""
+    passband = coding_for("real", PANEL).passband
+    motion = Rotation((-8e-3, 0.33), 3e-3)
+    carried, truth, window = carried_by(body((0.0, 0.0, DEPTH)), motion, PANEL, passband)
+    assert abs(np.angle(np.vdot(truth[window.slices], carried[window.slices]))) < 0.05

@@ -158,3 +158,18 @@ def test_receding_makes_a_points_fringe_that_of_one_farther_away() -> None:
     moved = to_original(to_local(fringe(at).astype(np.complex64), cylinder), cylinder, step)
     assert alike(moved, fringe(at + step)) > 0.98
     assert alike(moved, fringe(at)) < 0.95 and alike(moved, fringe(at - step)) < 0.8
+
+
+@pytest.mark.parametrize("angle", [0.01, -0.01])
+def test_light_that_a_rotation_would_carry_past_nyquist_is_taken_out_first(angle: float) -> None:
+    """Waves along x: those that end below 0.9 of Nyquist stay as they are, those beyond it go."""
+    slm = SLM("wide", 960, 16, 8.1e-6)
+    cylinder = cylinder_at(slm, WAVELENGTH, (0.0, 0.03), 0.025)
+    soft = np.exp(-((slm.x() / slm.x()[-1] / 0.6) ** 8))
+    for share in (-0.8, -0.5, 0.0, 0.5, 0.8):
+        wave = soft * np.exp(2j * np.pi * share * slm.nyquist * slm.x())
+        field = np.tile(wave.astype(np.complex64), (16, 1))
+        kept = np.linalg.norm(to_local(field, cylinder, angle))
+        kept /= np.linalg.norm(to_local(field, cylinder))
+        after = share - np.sin(angle) / WAVELENGTH / slm.nyquist
+        assert kept == pytest.approx(1.0 if abs(after) < 0.9 else 0.0, abs=0.02), share

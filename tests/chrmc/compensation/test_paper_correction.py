@@ -124,3 +124,26 @@ def test_the_strict_rule_ends_at_two_grey_levels(grey: int, same: bool) -> None:
     after = image_cloud({(0, 0): (1, 1.0), (3, 2): (1, (100 + grey) / 255)})
     found = match(before, after, rule_named("strict"), PITCH, PLANE)
     assert found.wrong.tolist() == found.missing.tolist() == [False, not same]
+
+
+@pytest.mark.parametrize(("share", "same"), [(0.048, True), (0.052, False)])
+def test_the_tolerant_rule_ends_at_a_twentieth(share: float, same: bool) -> None:
+    before = image_cloud({(0, 0): (1, 1.0), (3, 2): (1, 0.5)})
+    after = image_cloud({(0, 0): (1, 1.0), (3, 2): (1, 0.5 + share)})
+    found = match(before, after, rule_named("tolerant"), PITCH, PLANE)
+    assert found.wrong.tolist() == found.missing.tolist() == [False, not same]
+
+
+@pytest.mark.parametrize(("rule", "planes"), [("strict", 0.5), ("tolerant", 1.5)])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_known_point_may_be_half_a_pixel_and_a_plane_away(
+    rule: str, planes: float, axis: int
+) -> None:
+    ids = np.arange(1), np.arange(1)
+    here = image_cloud({(1, 2): (3, 0.5)})
+    limit = planes * PLANE if axis == 2 else PITCH / 2
+    for share, same in ((0.98, True), (1.02, False), (-0.98, True), (-1.02, False)):
+        by = np.zeros(3)
+        by[axis] = share * limit
+        there = chrmc.PointCloud(here.positions + by, here.amplitude, here.phase)
+        assert match(here, there, rule_named(rule), PITCH, PLANE, ids).wrong[0] == (not same)
