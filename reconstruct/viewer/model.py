@@ -68,11 +68,11 @@ class ViewerModel(ViewerState):
         self._flips: deque[float] = deque(maxlen=12)
 
     def close(self) -> None:
-        """End the workers."""
+        """End the workers; a file that is being written becomes whole."""
         for worker in self._workers.values():
             worker.leave()
-        for worker in self._workers.values():
-            worker.close(0.5)
+        for name, worker in self._workers.items():
+            worker.close(60.0 if name == "errands" else 0.5)
 
     # --- the work, done elsewhere ---
 

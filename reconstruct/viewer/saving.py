@@ -61,10 +61,9 @@ def save_picture(
     path: Path, video: Source, decoded: Decoded, request: Request, look: Look
 ) -> Iterator[Progress | Said | None]:
     """The full picture: .exr intensities, .png as it looks, with its settings."""
-    yield Progress(f"saving {path.name}", 0.0)
+    yield Progress(f"saving {path.name}", 0.0)  # one step: who leaves now still has the file
     made = decoded.picture(request.depth)
     note = settings_of(video, request, look)
-    yield Progress(f"saving {path.name}", 0.5)
     if path.suffix.lower() != ".exr":
         write_colour(path, shade(made.field, made.white, look, made.glow), note)
     elif made.glow is None:
@@ -102,7 +101,6 @@ def save_figure(
         raise ValueError(f"{path}: figures are written as {', '.join(FIGURES)}")
     yield Progress(f"saving {path.name}", 0.0)
     made = decoded.picture(request.depth)
-    yield Progress(f"saving {path.name}", 0.3)
     slm = video.slm
     x, y = slm.x()[part[1]], slm.y()[part[0]]
     note = settings_of(video, request, look)

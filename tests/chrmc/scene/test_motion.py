@@ -227,10 +227,10 @@ def test_any_chain_of_arcs_is_walked_again(arcs, step, heading, way):
 
 
 def test_long_paths_cost_little():
-    arcs = [(r, 60) for r in (10e-3, 40e-3) * 8]
+    arcs = [(r, 60) for r in (10e-3, 40e-3) * 4]
     positions = arc_path(0.0, 5e-3, arcs)[0]
     motion = find_motion(positions)
-    assert [s.first for s in motion.segments] == list(range(1, 961, 60))
+    assert [s.first for s in motion.segments] == list(range(1, 481, 60))
 
 
 def test_offsets_of_the_paper_s_blue_arc():

@@ -1,6 +1,7 @@
 """What keys and buttons do, and the files that come of it."""
 
 import json
+import threading
 import time
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 from chrmc.store.video import open_video
 from reconstruct.animation import movies_there
 from reconstruct.images import read_image
+from reconstruct.viewer import saving
 from reconstruct.viewer.keys import KEYS
 from reconstruct.viewer.measure import Region
 from reconstruct.viewer.recent import note_recent, read_recent
@@ -117,6 +119,23 @@ def test_all_kinds_of_files_are_saved_one_after_the_other(session, tmp_path, mon
         assert kept["frame"] == [1, 2, 3] and len(kept["depth"]) == 3 and kept["mode"] == "phase"
     for movie_ in tmp_path.glob("*.mp4"):
         assert movie_.stat().st_size > 1000
+    assert not list(tmp_path.glob(".*partial*"))
+
+
+def test_who_leaves_while_a_picture_is_written_has_it(session, tmp_path, monkeypatch):
+    writing, write = threading.Event(), saving.write_colour
+
+    def slowly(*arguments):
+        writing.set()
+        time.sleep(0.7)
+        write(*arguments)
+
+    monkeypatch.setattr(saving, "write_colour", slowly)
+    session.press("S")
+    assert writing.wait(240)
+    session.model.close()
+    (picture,) = tmp_path.glob("*.png")
+    assert read_image(picture)[0].shape[:2] == session.model.video.slm.shape
     assert not list(tmp_path.glob(".*partial*"))
 
 
