@@ -87,6 +87,7 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     "chrmc/grey_levels.py": [
         ("if coding.carrier == 0", "0 → 1", "the product with a carrier of 1 is the same"),
         ("_BLOCK = ", "", "rows at a time"),
+        ("bits: int = 8,", "8 → 9", "frames hold 8 bits"),
         ("if bits < 8", "bits < 8 → (bits <= 8)", "of 256 levels all are allowed"),
     ],
     "chrmc/compensation/ch_rmc_paper/image_measures.py": [
@@ -125,9 +126,11 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     ],
     "chrmc/cgh/curved/verify.py": [
         ("if relative < min(_OPEN", "2 → 3", "when more pixels are drawn, not what they say"),
+        ("_WAVES = ", "", "how many pixels are drawn"),
     ],
     "chrmc/compensation/ch_rmc_object/sphere.py": [
         ("for _ in range(20):", "20 → 21", "Newton's steps past convergence"),
+        ("(float(alpha[0]), float(alpha[-1]))", "0 → 1", "a series holds one place past its end"),
         ("if 2 * len(change) <= ", "2 * len(change) <= np.count_nonzero(visible) → "
          "(2 * len(change) < np.count_nonzero(visible))", "which of two equal costs"),
     ],

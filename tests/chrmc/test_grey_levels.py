@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from chrmc.grey_levels import allowed_levels, encode, encode_signal
+from chrmc.encoding import coding_for
+from chrmc.grey_levels import allowed_levels, encode, encode_signal, limit_band
 from chrmc.response import GreyResponse
 from chrmc.slm import SLM
 
@@ -67,3 +68,11 @@ def test_a_panel_of_few_bits_takes_the_nearest_of_its_levels_with_a_map_too(bits
     mapped = encode_signal(signal, 1.0, GreyResponse(levels, tilt=np.zeros((256, 2))), bits=bits)
     assert set(np.unique(mapped)) <= set(allowed_levels(bits).tolist())
     assert np.mean(plain != mapped) < 0.03  # where two levels are as near as each other
+
+
+def test_what_lies_at_the_end_of_the_whole_band_is_kept() -> None:
+    """Single sideband limits rows' frequencies to half the band, columns' to all of it."""
+    columns = np.tile((-1.0) ** np.arange(PANEL.width), (PANEL.height, 1)).astype(np.complex64)
+    assert np.allclose(limit_band(columns, PANEL, coding_for("ssb", PANEL)), columns, atol=1e-6)
+    rows = np.tile((-1.0) ** np.arange(PANEL.height)[:, None], (1, PANEL.width))
+    assert not limit_band(rows.astype(np.complex64), PANEL, coding_for("ssb", PANEL)).any()
