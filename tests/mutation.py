@@ -102,6 +102,9 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         (f"_{name} = ", "", "a weight of a count, as measured: how long, not what")
         for name in ("CHOSEN", "SOME", "KEY", "FEW", "CHOOSE", "FOUND_OUT", "LOOK_UP", "WAVE")
     ],
+    "chrmc/compensation/ch_rmc_object/grid.py": [
+        ("ceil((high - low) / step) + 2", "1 → 2", "one place of room"),
+    ],
     "chrmc/compensation/ch_rmc_object/sums.py": [
         ("_AT_ONCE, _RUN = ", "", "points at once"),
         ("_FEW = ", "", "the same"),
@@ -131,6 +134,11 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     "chrmc/compensation/ch_rmc_object/sphere.py": [
         ("for _ in range(20):", "20 → 21", "Newton's steps past convergence"),
         ("(float(alpha[0]), float(alpha[-1]))", "0 → 1", "a series holds one place past its end"),
+        ("if np.max(np.abs(step)) <= _EXACT", "np.max(np.abs(step)) <= _EXACT * self.grid.step[1] * "
+         "np.max(r) → (np.max(np.abs(step)) < _EXACT * self.grid.step[1] * np.max(r))",
+         "measured numbers are not equal"),
+        ("if first.min() < 0 or", "first.max() + rows > grid.count[1] → "
+         "(first.max() + rows >= grid.count[1])", "one place of room"),
         ("if 2 * len(change) <= ", "2 * len(change) <= np.count_nonzero(visible) → "
          "(2 * len(change) < np.count_nonzero(visible))", "which of two equal costs"),
     ],

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from chrmc.encoding import CODINGS, Coding, coding_for
-from chrmc.grey_levels import allowed_levels, encode, encode_signal, limit_band
+from chrmc.grey_levels import (
+    allowed_levels,
+    encode,
+    encode_signal,
+    limit_band,
+    scale_for,
+    signal_of,
+)
 from chrmc.optics.passband import Passband
 from chrmc.response import GreyResponse
 from chrmc.slm import SLM
@@ -237,3 +244,22 @@ def test_a_field_that_keeps_to_its_band_is_not_filtered_again():
     taken = encode(field, PANEL, "ssb", 4.0, band_limited=True)
     assert np.array_equal(taken, encode(field, PANEL, "bipolar", 4.0))
     assert not np.array_equal(taken, encode(field, PANEL, "ssb", 4.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "sigmas"), [("ssb", 3.0), ("offaxis", 3.0), ("error-diffusion", 1.5), ("lee", 2.0)]
+)
+def test_where_the_grey_range_of_a_single_field_ends(name, sigmas):
+    field = speckle(PANEL, 0.4)
+    deviation = np.sqrt(np.mean(signal_of(field, PANEL, name).astype(float) ** 2))
+    assert scale_for(field, PANEL, name) == pytest.approx(sigmas * deviation, rel=1e-5)
+
+
+def test_scales_that_are_the_fields_own():
+    field = speckle(PANEL, 0.4)
+    rms = np.sqrt(np.mean(np.abs(field.astype(complex)) ** 2))
+    assert scale_for(field, PANEL, "kinoform") == pytest.approx(rms, rel=0.02)
+    assert scale_for(field, PANEL, "burch") == pytest.approx(np.abs(field).max(), rel=1e-6)
+    # Of a video, whose fields nobody has seen: the largest of N speckles, expected.
+    count = PANEL.width * PANEL.height
+    assert coding_for("burch", PANEL).sigmas == pytest.approx(np.sqrt(2 * np.log(count)))

@@ -108,6 +108,7 @@ def test_best_focus_is_found_between_the_depths_that_are_tried(
 ) -> None:
     far = measured(propagate(truth, PANEL.pixel_pitch, WAVELENGTH, by), truth)
     assert far["focus_shift"] == pytest.approx(by, abs=3e-5)
+    assert far["focus"] == pytest.approx(DEPTH + by, abs=1e-4)
 
 
 def test_pictures_are_compared_by_their_intensity(truth: np.ndarray) -> None:
