@@ -109,6 +109,7 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("_AT_ONCE, _RUN = ", "", "points at once"),
         ("_FEW = ", "", "the same"),
         ("half = (high - low)", "", "places farther apart, and more of them"),
+        ("few = 4 + ceil(", "4 → 5", "a place more than are needed"),
     ],
     "chrmc/compensation/ch_rmc_object/promise.py": [
         ("if total.relative <= SURE", "total.relative <= SURE * self.tolerance * sqrt(kept) → "
@@ -134,8 +135,8 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     "chrmc/compensation/ch_rmc_object/sphere.py": [
         ("for _ in range(20):", "20 → 21", "Newton's steps past convergence"),
         ("(float(alpha[0]), float(alpha[-1]))", "0 → 1", "a series holds one place past its end"),
-        ("if np.max(np.abs(step)) <= _EXACT", "np.max(np.abs(step)) <= _EXACT * self.grid.step[1] * "
-         "np.max(r) → (np.max(np.abs(step)) < _EXACT * self.grid.step[1] * np.max(r))",
+        ("if np.max(np.abs(step)) <= _EXACT", "np.max(np.abs(step)) <= _EXACT * self.grid.step[1]"
+         " * np.max(r) → (np.max(np.abs(step)) < _EXACT * self.grid.step[1] * np.max(r))",
          "measured numbers are not equal"),
         ("if first.min() < 0 or", "first.max() + rows > grid.count[1] → "
          "(first.max() + rows >= grid.count[1])", "one place of room"),
