@@ -5,7 +5,7 @@ enough shows several draws while the eye takes one picture; here their intensiti
 What many draws tend to is the incoherent picture, which `rendered_view` gives directly.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -149,6 +149,23 @@ def in_focus(
             (part[0], part[1]),
             Patch((centre[0], centre[1]), shape, slm.pixel_pitch),
         )
+
+
+def rendered_like(
+    image: NDArray[np.floating],
+    clouds: Sequence[PointCloud],
+    systems: Sequence[FourF],
+    depth: float,
+) -> NDArray[np.float32]:
+    """(H, W, lasers) rendered view of the whole panel, by one factor as bright as a picture.
+
+    image : (H, W, lasers) balanced intensities; clouds, systems : of each laser
+    """
+    slm = systems[0].slm
+    patch = Patch((0.0, 0.0), slm.shape, slm.pixel_pitch)
+    views = [rendered_view(c, s, depth, patch) for c, s in zip(clouds, systems, strict=True)]
+    view = np.stack(views, axis=-1)
+    return np.asarray(view * scale_to(view, np.asarray(image)), dtype=np.float32)
 
 
 def _line(

@@ -37,6 +37,12 @@ from chrmc.cli.optics_options import POSITIVE, bench_options
     "picture with the rendered view.",
 )
 @click.option(
+    "--rendered",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="With --looks and --frame: also write that view, a PNG or EXR, as bright as the picture.",
+)
+@click.option(
     "--scene", default=None, help="What the video was made of, for --looks. [as its manifest says]"
 )
 @click.option(
@@ -101,6 +107,9 @@ def command(video: Path, out: Path | None, **options: Any) -> int:
         raise click.UsageError("--movie goes without --all, --depths and --frame")
     if not movie and out is None:
         raise click.UsageError("say where to write, with --out")
+    alone = not (movie or everything or options["depths"])
+    if options["rendered"] is not None and not (alone and options["looks"]):
+        raise click.UsageError("--rendered goes with --looks, of one --frame at one depth")
     if everything and options["depths"]:
         raise click.UsageError("--all and --depths exclude each other")
     if not movie and not everything and options["number"] is None:

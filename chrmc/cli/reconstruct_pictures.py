@@ -113,6 +113,8 @@ def request(video: Video | ColourVideo, options: dict[str, Any]) -> Request:
 def one(asked: Request, out: Path) -> int:
     """One frame at one depth."""
     check_suffix(out)
+    if asked.options["rendered"] is not None:
+        check_suffix(asked.options["rendered"])
     video, options, number = asked.video, asked.options, asked.options["number"]
     video.entry(number)
     depth = asked.depth(number)
@@ -125,6 +127,14 @@ def one(asked: Request, out: Path) -> int:
     lasers = ", ".join(f"{w * 1e9:g}" for w in video.wavelengths)
     told = f", lasers of {lasers} nm" if len(video.channels) > 1 else ""
     click.echo(f"{written}: frame {number} at {depth * 1e3:.3f} mm{told}")
+    if options["rendered"] is not None:
+        from reconstruct.looks import rendered_like
+
+        white = options["full_scale"] or colour_exposure(image)
+        clouds = [scene.frame(number).cloud for scene in asked.scenes]
+        view = rendered_like(image, clouds, asked.systems, depth)
+        asked.write(options["rendered"], view, number, depth, white)
+        click.echo(f"{options['rendered']}: the rendered view")
     if asked.scenes:
         for line in _likeness(asked, image, number, depth):
             click.echo(line)

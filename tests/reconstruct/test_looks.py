@@ -105,8 +105,16 @@ def test_looks_and_movies_on_the_command_line(stored, capsys, tmp_path):
     code, said, err = run(
         capsys, "reconstruct", video.folder, "--frame", 1, "--follow", "plate", "--looks", 4,
         "--scene", f"{folder / 'my_scene.py'}:scene", "--out", tmp_path / "a.png",
+        "--rendered", tmp_path / "view.png",
     )  # fmt: skip
     assert code == 0 and "against the rendered view, 4 looks" in said, err
+    shown, view = (np.asarray(Image.open(tmp_path / n), float) for n in ("a.png", "view.png"))
+    assert np.corrcoef(shown.ravel(), view.ravel())[0, 1] > 0.85
+    assert shown[view > 60].mean() == pytest.approx(view[view > 60].mean(), rel=0.3)
+    code, _, err = run(
+        capsys, "reconstruct", video.folder, "--movie", "x.gif", "--rendered", "v.png"
+    )
+    assert code == 2 and "--rendered goes with --looks" in err
     for suffix in (".gif", ".mp4") if movies_there() else (".gif",):
         movie = tmp_path / f"m{suffix}"
         code, said, err = run(capsys, "reconstruct", video.folder, "--movie", movie)
