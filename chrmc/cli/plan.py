@@ -9,6 +9,7 @@ from chrmc.cli.arguments import form_option, frames_option, slm_option, waveleng
 from chrmc.cli.budget import Budget
 from chrmc.cli.scene_options import scene_from, scene_options, things_argument
 from chrmc.encoding import CODINGS
+from chrmc.panels import encoding_for
 from chrmc.slm import SLM
 
 
@@ -18,7 +19,9 @@ from chrmc.slm import SLM
 @click.option("--budget", type=Budget(), default=None, help="Time per frame, or frames per second.")
 @slm_option
 @wavelength_option
-@click.option("--encoding", type=click.Choice(CODINGS), default="ssb", show_default=True)
+@click.option(
+    "--encoding", type=click.Choice(CODINGS), default=None, help="[the panel's usual one]"
+)
 @frames_option
 @form_option
 @scene_options
@@ -29,7 +32,7 @@ def command(
     budget: float | None,
     slm: SLM,
     wavelength: float | None,
-    encoding: str,
+    encoding: str | None,
     frames: tuple[int, int] | None,
     form: str,
     as_json: bool,
@@ -47,7 +50,7 @@ def command(
     scene = scene_from(things, form, slm, wavelength, options, quiet=as_json)
     found = plan(
         scene, slm, tolerance=tolerance, budget=budget, wavelength=wavelength,
-        encoding=encoding, frames=frames,
+        encoding=encoding_for(slm, encoding), frames=frames,
     )  # fmt: skip
     if as_json:
         click.echo(json.dumps(found.as_dict(), indent=1))

@@ -13,6 +13,7 @@ from chrmc.cli.check import FrameList
 from chrmc.cli.lengths import WAVELENGTH, parse_length
 from chrmc.encoding import CODINGS, coding_for
 from chrmc.options import meant
+from chrmc.panels import encoding_for
 from chrmc.ranges import real, short
 from chrmc.slm import SLM
 from chrmc.sweep.case import Case
@@ -64,7 +65,10 @@ def _cases(content: dict[str, Any], folder: Path) -> list[Case]:
     if "scenes" not in content:
         raise ValueError('scenes are missing: write scenes = ["car-house"]')
     slms = [_slm(value, folder) for value in _list(content, "slms", ["lc-r-1080"])]
-    encodings = [_encoding(value, slms[0]) for value in _list(content, "encodings", ["ssb"])]
+    encodings = [
+        None if value is None else _encoding(value, slms[0])
+        for value in _list(content, "encodings", None)
+    ]
     tolerances = [real("a tolerance", v) for v in _list(content, "tolerances", [1e-3])]
     methods = [_method(value) for value in _list(content, "methods", ["ch-rmc-object"])]
     settled = [
@@ -82,7 +86,7 @@ def _cases(content: dict[str, Any], folder: Path) -> list[Case]:
         checked = _checked(content.get("check"), numbers)
         for (label, tolerance, choices), encoding in product(settled, encodings):
             names = {"scene": _shown(text), "method": label, "tolerance": tolerance,
-                     "encoding": encoding, "slm": slm.name}  # fmt: skip
+                     "encoding": encoding or encoding_for(slm), "slm": slm.name}  # fmt: skip
             try:
                 recipe = recipe_for(scene, slm, encoding=encoding, **common, **choices)
             except ValueError as refusal:

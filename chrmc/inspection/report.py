@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from chrmc.encoding import coding_for
 from chrmc.optics.footprint import coverage, reach
 from chrmc.optics.passband import Passband
+from chrmc.panels import encoding_for
 from chrmc.planning.choices import plan, spell
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene
@@ -101,8 +102,9 @@ def _object(scene: Scene, number: int, name: str) -> ObjectFrame:
     return next(o for o in scene.frame(number).objects if o.name == name)
 
 
-def sentences(scene: Scene, slm: SLM, wavelength: float, encoding: str = "ssb") -> Iterator[str]:
+def sentences(scene: Scene, slm: SLM, wavelength: float) -> Iterator[str]:
     """What will be seen of a scene's first frame, and how it moves, line by line."""
+    encoding = encoding_for(slm)
     passband = coding_for(encoding, slm).passband
     frame = scene.frame(1)
     yield f"{scene.name}: {scene.frame_count} frames, on {slm.name} at {wavelength * 1e9:.0f} nm"
