@@ -67,7 +67,7 @@ def _cases(content: dict[str, Any], folder: Path) -> list[Case]:
     slms = [_slm(value, folder) for value in _list(content, "slms", ["lc-r-1080"])]
     encodings = [
         None if value is None else _encoding(value, slms[0])
-        for value in _list(content, "encodings", None)
+        for value in _list(content, "encodings", [None])
     ]
     tolerances = [real("a tolerance", v) for v in _list(content, "tolerances", [1e-3])]
     methods = [_method(value) for value in _list(content, "methods", ["ch-rmc-object"])]
