@@ -105,8 +105,11 @@ class GreyResponse:
         """
         from scipy.interpolate import PchipInterpolator
 
-        at = np.asarray(grey, dtype=np.float64)
-        values = np.asarray(amplitude, dtype=np.complex128)
+        try:
+            at = np.asarray(grey, dtype=np.float64)
+            values = np.asarray(amplitude, dtype=np.complex128)
+        except TypeError:
+            raise ValueError(f"response {name}: grey and amplitude must be numbers") from None
         if at.ndim != 1 or at.shape != values.shape or len(at) < 2:
             raise ValueError(f"response {name}: needs two rows or more, grey beside amplitude")
         if not (np.isfinite(at).all() and np.isfinite(values).all()):

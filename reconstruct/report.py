@@ -54,18 +54,24 @@ def table(verdicts: Verdicts) -> Iterator[str]:
                 line += f" {_figure(o.psnr, '.1f'):>6} {_figure(o.ssim, '.4f'):>6}"
             if shapes:
                 line += " " + _shape(o)
+            if not o.judged:
+                line += f"  cannot be judged: {o.shares.too_little}"
             yield line + ("" if o.passed else f"  FAILS: {', '.join(o.faults)}")
         for fault in verdict.faults:
             yield f"{verdict.number:>5}  FAILS: {fault}"
     bad = sum(not o.passed for o in shown)
     noisy = sum(bool(v.faults) for v in verdicts)
     if noisy:
-        yield f"{noisy} of {len(verdicts)} frames are noise for the most part"
+        yield f"{noisy} of {len(verdicts)} frames are noise for the most part, or cannot be judged"
     if bad:
         yield f"{bad} of {len(shown)} objects are not in focus where the scene says, or not alike"
     elif not noisy:
-        alike = " and look like it" if all(o.shape and o.shape.told for o in shown) else ""
-        yield f"all {len(shown)} objects are in focus where the scene says{alike}"
+        judged = [o for o in shown if o.judged]
+        alike = " and look like it" if all(o.shape and o.shape.told for o in judged) else ""
+        those = f"all {len(judged)} objects"
+        if len(judged) < len(shown):
+            those += f" that can be judged, of {len(shown)},"
+        yield f"{those} are in focus where the scene says{alike}"
 
 
 def _called(verdict: FrameVerdict) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.light_map import LightMap
+from chrmc.optics.footprint import expected_power
 from chrmc.scene.points import PointCloud
 from reconstruct.four_f_system import FourF
 
@@ -21,6 +22,7 @@ class Target:
     position : (3,) intensity-weighted mean of the visible points, metres
     low, high : (3,) and (3,) corners of the visible points' box, metres
     light : map of the visible points' light, where the video tells it
+    power : of its light on the panel, in a unit that all objects of a frame share, or None
     """
 
     name: str
@@ -28,6 +30,7 @@ class Target:
     low: NDArray[np.float64]
     high: NDArray[np.float64]
     light: LightMap | None = None
+    power: float | None = None
 
     @classmethod
     def of_cloud(cls, name: str, cloud: PointCloud, system: FourF | None = None) -> "Target | None":
@@ -35,10 +38,12 @@ class Target:
         object without light."""
         if not cloud.amplitude.any():
             return None
-        p, light = cloud.positions, None
+        p, light, power = cloud.positions, None, None
         if system is not None:
-            light = LightMap.of_cloud(cloud, system.slm, system.wavelength, system.band)
-        return cls(name, cloud.centroid, p.min(axis=0), p.max(axis=0), light)
+            optics = system.slm, system.wavelength, system.band
+            light = LightMap.of_cloud(cloud, *optics)
+            power = float(expected_power(cloud, *optics).sum())
+        return cls(name, cloud.centroid, p.min(axis=0), p.max(axis=0), light, power)
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> "Target | None":
@@ -53,4 +58,4 @@ class Target:
             low, high = (np.asarray(corner, dtype=np.float64) for corner in box)
         told = record.get("light")
         light = None if told is None else LightMap.from_record(told)
-        return cls(str(record["name"]), position, low, high, light)
+        return cls(str(record["name"]), position, low, high, light, record.get("power"))

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import ceil, hypot
+from math import hypot
 from typing import Any
 
 import numpy as np
@@ -10,21 +10,22 @@ from numpy.typing import NDArray
 
 from chrmc.metrics import psnr, ssim
 from chrmc.optics.propagation import Patch
-from chrmc.optics.resolution import depth_of_focus, resolution
+from chrmc.optics.resolution import resolution
 from reconstruct import metrics
 from reconstruct.focus import Focus, brightness_at, cells_of, find_focus, focus_curve, refine_peak
 from reconstruct.focus_metrics import METRICS
 from reconstruct.four_f_system import FourF, power
 from reconstruct.likeness import ALIKE, SHARP, Likeness, compare, dimmed, light_of
 from reconstruct.outline import outline_error
-from reconstruct.stack import FocalStack, brightness, focal_stack, patch_around
+from reconstruct.outshone import NOTHING, Shares, shares_of
+from reconstruct.region import search_scale, target_stack
+from reconstruct.stack import FocalStack, brightness, focal_stack
 from reconstruct.target import Target
 
 DEPTH_TOLERANCE = 0.5e-3
 """Metres between found and expected depth that pass."""
 OWN_LIGHT = 0.3
 """Least share of the light that is the objects' own: with less, noise has twice theirs and more."""
-MOST_DEPTHS = 160
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,7 @@ class ObjectVerdict:
     depth_tolerance, lateral_tolerance : what it is held against, metres
     shape : against the scene's map of light; None where the video has none
     light : share of the frame's light that is this object's; None where the video has no map
+    shares : what the scene says of that; an object that is outshone cannot be judged
     contrast, snr (dB), speckle_contrast : at the found depth (`reconstruct.metrics`)
     psnr (dB), ssim : against the reconstruction of the truth; None when that was not asked for
     metric_depths : where published metrics of the whole region peak, when asked for; they lean
@@ -52,6 +54,7 @@ class ObjectVerdict:
     lateral_tolerance: float
     shape: Likeness | None = None
     light: float | None = None
+    shares: Shares = NOTHING
     contrast: float = float("nan")
     snr: float = float("nan")
     speckle_contrast: float = float("nan")
@@ -60,13 +63,20 @@ class ObjectVerdict:
     metric_depths: dict[str, float] = field(default_factory=dict)
 
     @property
+    def judged(self) -> bool:
+        """Whether it has light enough to be judged by."""
+        return not self.shares.too_little
+
+    @property
     def passed(self) -> bool:
         """In focus where the scene says, and shaped as the scene says as far as can be told."""
         return not self.faults
 
     @property
     def faults(self) -> list[str]:
-        """What is wrong, each in a few words."""
+        """What is wrong, each in a few words; nothing of an object that cannot be judged."""
+        if not self.judged:
+            return []
         if not self.focus.focused:
             return ["nothing comes into focus there"]
         found = []
@@ -81,6 +91,7 @@ class ObjectVerdict:
         figures: dict[str, Any] = {
             "name": self.name,
             "passed": self.passed,
+            "judged": self.judged,
             "focused": self.focus.focused,
             "method": self.focus.method,
             "depth_expected": float(self.target.position[2]),
@@ -135,6 +146,8 @@ class FrameVerdict:
     @property
     def faults(self) -> list[str]:
         """What is wrong with the frame as a whole."""
+        if self.objects and not any(o.judged for o in self.objects):
+            return ["no object has light enough of its own to be judged"]
         if self.light is None or self.light >= self.least_light:
             return []
         return [f"only {self.light:.0%} of the light belongs to the objects: noise"]
@@ -151,52 +164,6 @@ def _finite(value: Any) -> Any:
     return value
 
 
-def search_range(target: Target, system: FourF) -> NDArray[np.float64]:
-    """Depths to look at: the object's box and four depths of focus on each side, half a depth of
-    focus apart.
-
-    Uncentred on purpose by a few per cent: an estimate that leans on the middle shows.
-    """
-    low, high = float(target.low[2]), float(target.high[2])
-    coarse, fine = search_scale(target, system)
-    before, behind = max(3.6 * coarse, (high - low) / 2), max(4.4 * coarse, (high - low) / 2)
-    first = max(low - before, low / 2)
-    count = int(np.clip(np.ceil((high + behind - first) / (fine / 2)), 20, MOST_DEPTHS)) + 1
-    return np.linspace(first, high + behind, count)
-
-
-def search_scale(target: Target, system: FourF) -> tuple[float, float]:
-    """The larger and the smaller depth of focus of both axes at a target, metres."""
-    depth = float(target.position[2])
-    pair = depth_of_focus(system.slm, system.wavelength, depth, system.band)
-    return max(pair), min(pair)
-
-
-def target_stack(
-    field_: NDArray[np.complex64], system: FourF, target: Target, pixel_pitch: float
-) -> tuple[FocalStack, int, int]:
-    """Focal stack of a target's region, and in samples the side of the focus's tiles (two scene
-    pixels, three resolutions at least) and of the cells of its map of light.
-
-    Samples are the SLM's pixels, or half the resolution where that is coarser.
-    """
-    p = system.slm.pixel_pitch
-    fine = resolution(system.slm, system.wavelength, float(target.position[2]), system.band)
-    depths = search_range(target, system)
-    light = target.light
-    cell = light.cell if light is not None else p * ceil(max(2 * pixel_pitch, 3 * max(fine)) / p)
-    parts = max(4, round(cell / max(p, min(fine) / 2)))
-    pitch = cell / parts
-    tile = max(4, round(max(2 * pixel_pitch, 3 * float(np.mean(fine))) / pitch))
-    if light is None:
-        patch = patch_around(target.low, target.high, pitch, margin=tile * pitch, even=tile)
-    else:
-        rows, columns = light.light.shape
-        patch = Patch(light.centre, (rows * parts, columns * parts), pitch)
-    stack = focal_stack(field_, system.slm, system.wavelength, depths, patch, system.band)
-    return stack, tile, parts
-
-
 def judge_object(
     field_: NDArray[np.complex64],
     system: FourF,
@@ -206,6 +173,7 @@ def judge_object(
     lateral_tolerance: float | None = None,
     truth: NDArray[np.complexfloating] | None = None,
     with_metrics: bool = False,
+    shares: Shares = NOTHING,
 ) -> ObjectVerdict:
     """Verdict on one object from a decoded field.
 
@@ -217,6 +185,7 @@ def judge_object(
         cell of the map where that is more
     truth : (H, W) field of the scene itself, for PSNR and SSIM
     with_metrics : also find where published focus metrics peak
+    shares : what part of the light is the target's, as the scene has it
     """
     total = power(field_)
     stack, tile, parts = target_stack(field_, system, target, pixel_pitch)
@@ -263,6 +232,7 @@ def judge_object(
         else lateral_tolerance,
         shape=shape,
         light=share,
+        shares=shares,
     )
     return replace(found, **_figures(found, stack, system, truth, with_metrics))
 
@@ -320,23 +290,14 @@ def judge_frame(
 ) -> FrameVerdict:
     """Verdict on every target of one frame of grey levels; one filter pass for all of them."""
     field_ = system.field(frame)
-    return FrameVerdict(
-        number,
-        [
-            judge_object(
-                field_,
-                system,
-                t,
-                pixel_pitch,
-                depth_tolerance,
-                lateral_tolerance,
-                truth,
-                with_metrics,
-            )
-            for t in targets
-        ],
-        least_light(system),
-    )
+    judged = [
+        judge_object(
+            field_, system, target, pixel_pitch, depth_tolerance, lateral_tolerance, truth,
+            with_metrics, shares,
+        )
+        for target, shares in zip(targets, shares_of(targets, system), strict=True)
+    ]  # fmt: skip
+    return FrameVerdict(number, judged, least_light(system))
 
 
 def least_light(system: FourF) -> float:

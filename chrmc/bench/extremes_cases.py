@@ -23,6 +23,7 @@ VIDEOS = {
 FRAMES = 12
 """Of a video, that these are tried with."""
 _RT_WAVES = 3e8  # points times pixels up to which slow methods are tried
+_AGAIN = 8  # times as much: points are taken out and put in, in double precision if need be
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ def case_of(seed: int) -> Case:
         video = OBJECT if own.random() < 0.6 else str(own.choice(list(VIDEOS)))
         method = VIDEOS.get(video, method)
         if method != DEFAULT_METHOD:
-            waves = FRAMES * slm.width * slm.height
+            waves = _AGAIN * FRAMES * slm.width * slm.height
             count = max(1, min(count, int(_RT_WAVES / waves)))
     return Case(
         seed, kind, method, slm, wavelength, band, depth, count, tolerance, video

@@ -20,7 +20,7 @@ BODIES = ("box", "coincident", "regular", "grazing", "deep", "ratio")
 NLUT_ERROR = 2e-5
 """What the methods that correct the frame before promise with `rt`: its own error, and as much."""
 _ROTATION = (1e-12, np.pi)
-_ACROSS = 30  # scene pixels to a body
+_ACROSS, _WIDEST = 30, 0.01  # scene pixels to a body; metres
 
 
 def promised_of(case: Case) -> float:
@@ -59,7 +59,7 @@ def frames_of(case: Case) -> Iterator[VideoFrame]:
     flicker = random.choice([0.0, 0.02, 0.5])
     seen = {"body": lambda n: (level + flicker * n) % 1 < 0.8} if flicker else {}
     wide = float(np.ptp(cloud.positions[:, :2], axis=0).max())
-    pitch = max(wide / _ACROSS, case.slm.pixel_pitch)
+    pitch = float(np.clip(wide / _ACROSS, case.slm.pixel_pitch, _WIDEST))
     scene = PointScene("extreme", bodies, dict.fromkeys(bodies, poses), seen, pixel_pitch=pitch)
     options: dict[str, Any] = {}
     if case.video == "ch-rmc-paper":

@@ -14,7 +14,7 @@ from chrmc.files import told_when_full
 from chrmc.generation.checking import Check
 from chrmc.generation.recipe import CHECK_SEED, Recipe, describe
 from chrmc.light_map import LightMap
-from chrmc.optics.footprint import coverage
+from chrmc.optics.footprint import coverage, expected_power
 from chrmc.progress import progress
 from chrmc.python_file import one_line
 from chrmc.reference import reference_samples, relative_error
@@ -270,7 +270,7 @@ def measured_error(frame: VideoFrame, recipe: Recipe) -> float | None:
 
 def with_boxes(frame: VideoFrame, recipe: Recipe) -> None:
     """Add to each object's entry its visible points' bounding box, metres, their number, the mean
-    share of the panel that their footprints cover, and the map of its light that checks use."""
+    share of the panel that their footprints cover, and the light and its map that checks use."""
     for entry, thing in zip(frame.record.objects, frame.scene_frame.objects, strict=True):
         cloud = thing.cloud
         if len(cloud):
@@ -281,6 +281,8 @@ def with_boxes(frame: VideoFrame, recipe: Recipe) -> None:
             entry["points"] = len(cloud)
             share = coverage(cloud, recipe.slm, recipe.wavelength, recipe.coding.passband)
             entry["coverage"] = float(share.mean())
-            light = LightMap.of_cloud(cloud, recipe.slm, recipe.wavelength, recipe.coding.passband)
+            optics = recipe.slm, recipe.wavelength, recipe.coding.passband
+            entry["power"] = float(expected_power(cloud, *optics).sum())
+            light = LightMap.of_cloud(cloud, *optics)
             if light is not None:
                 entry["light"] = light.as_record()

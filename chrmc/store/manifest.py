@@ -13,6 +13,7 @@ from chrmc.slm import SLM
 FORMAT = 1
 SCENE_PITCH = Range("the scene's pixel_pitch", 1e-9, 10.0)
 SCALE = Range("scale", 1e-300, 1e300, unit="")
+POWER = Range("an object's power", 0.0, 1e60, unit="")
 FRAME = Count("frame number", 1, 10**9)
 GROUP = Count("group", 1, 10**9)
 _SUFFIXES = (".tif", ".tiff", ".png")
@@ -113,6 +114,8 @@ def _object(number: int, entry: Any) -> dict[str, Any]:
         thing["position"] = _numbers(f"{where} position", thing["position"], 3)
     if thing.get("depth") is not None:
         thing["depth"] = real(f"{where} depth", thing["depth"])
+    if thing.get("power") is not None:
+        thing["power"] = POWER.of(thing["power"])
     if thing.get("box") is not None:
         corners = thing["box"]
         if not isinstance(corners, list) or len(corners) != 2:

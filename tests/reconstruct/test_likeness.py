@@ -13,8 +13,9 @@ from display import encode
 from reconstruct import FourF
 from reconstruct.focus import cells_of
 from reconstruct.likeness import correlation, dimmed, lateral_shift
+from reconstruct.region import target_stack
 from reconstruct.stack import FocalStack, focal_stack
-from reconstruct.verdict import Target, judge_frame, target_stack
+from reconstruct.verdict import Target, judge_frame
 
 P, LAMBDA = 8.1e-6, 532e-9
 SLM_ = SLM("small", 480, 400, P)

@@ -11,7 +11,7 @@ from chrmc.response import GreyResponse
 from reconstruct.checking import _targets
 from reconstruct.four_f_system import FourF
 from reconstruct.outline import outline_error
-from reconstruct.verdict import target_stack
+from reconstruct.region import target_stack
 
 BISON = Path("/usr/share/assimp/models/PLY/Wuson.ply")
 

@@ -26,7 +26,13 @@ def sagitta(radius: float, width: float) -> float:
 
 
 def one_pixel_distance(pixel_pitch: float, wavelength: float) -> float:
-    """The distance at which W of Eq. 6 reaches the pixel pitch, metres."""
+    """The distance at which W of Eq. 6 reaches the pixel pitch, metres; ValueError where the panel
+    bends light by any angle."""
+    if wavelength >= 2 * pixel_pitch:
+        raise ValueError(
+            f"the paper's surface needs pixels of more than half a wavelength, "
+            f"{wavelength / 2 * 1e6:.4g} µm, not {pixel_pitch * 1e6:.4g} µm: use surface object"
+        )
     return pixel_pitch / tan(asin(wavelength / (2 * pixel_pitch)))
 
 
