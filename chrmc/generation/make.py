@@ -22,6 +22,7 @@ from chrmc.scene.origin import MADE_OF, Origin
 from chrmc.scene.scene import frame_range
 from chrmc.store.differences import differences, refuse_another
 from chrmc.store.lock import writer_lock
+from chrmc.store.manifest import SCALE
 from chrmc.store.video import (
     MANIFEST,
     GroupWriter,
@@ -124,6 +125,11 @@ def whole_description(
     # A video without any light is legal, and any scale shows it.
     if scale is None:
         scale = scale_of(found.power, recipe.slm, recipe.coding) or 1.0
+    if not SCALE.low <= scale <= SCALE.high:
+        raise ValueError(
+            f"the brightest frame's amplitude on the panel is {scale:.3g}, and a video holds "
+            f"{SCALE.low:g} to {SCALE.high:g}: scale the amplitudes"
+        )
     return description | {"scale": scale}
 
 

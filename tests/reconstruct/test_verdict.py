@@ -67,6 +67,36 @@ def test_a_missing_object_noise_and_darkness_fail():
         json.dumps(report.as_dict([verdict]), allow_nan=False)
 
 
+def test_objects_of_little_light_cannot_be_judged():
+    """Dim beside a bright one, and outshone by one in front of it; a missing one is no excuse."""
+    behind, _ = block("behind", (-0.5e-3, 0.3e-3, 0.062), 3)
+
+    def judged(*named):
+        field = field_of(*(cloud for _, cloud in named))
+        targets = [Target.of_cloud(name, cloud, SYSTEM) for name, cloud in named]
+        return judge_frame(encode(field, SLM_), SYSTEM, targets, PITCH)
+
+    dim = PointCloud(FAR.positions, 0.02 * FAR.amplitude, FAR.phase)
+    found = judged(("near", NEAR), ("far", dim))
+    assert found.passed and [o.judged for o in found.objects] == [True, False]
+    lines = list(report.table([found]))
+    assert "cannot be judged: it has 0.000" in lines[3]
+    assert lines[-1].startswith("all 1 objects that can be judged, of 2, are in focus")
+    assert [o["judged"] for o in report.as_dict([found])["frames"][0]["objects"]] == [True, False]
+    faint = PointCloud(behind.positions, 0.3 * behind.amplitude, behind.phase)
+    found = judged(("near", NEAR), ("behind", faint))
+    assert [o.judged for o in found.objects] == [True, False]
+    assert "others have" in list(report.table([found]))[3]
+    targets = [Target.of_cloud(n, c, SYSTEM) for n, c in (("near", NEAR), ("far", FAR))]
+    found = judge_frame(encode(field_of(NEAR), SLM_), SYSTEM, targets, PITCH)
+    assert not found.passed and found.objects[1].judged
+    # Light of which a video tells nothing is no reason.
+    assert all(
+        o.judged
+        for o in judge_frame(encode(BOTH, SLM_), SYSTEM, [NEAR_TARGET, FAR_TARGET], PITCH).objects
+    )
+
+
 def test_mirrored_and_negative_holograms_fail():
     frame = encode(BOTH, SLM_)
     assert not judge_frame(frame[:, ::-1].copy(), SYSTEM, [NEAR_TARGET], PITCH).passed
