@@ -39,6 +39,11 @@ class Illumination:
         if self.waist is not None:
             rows, columns = np.exp(-((y / self.waist) ** 2)), np.exp(-((x / self.waist) ** 2))
             profile = (rows * columns).astype(np.float32)
+            if not profile.any():
+                raise ValueError(
+                    f"a beam with a waist of {self.waist * 1e6:.3g} µm lights no pixel of "
+                    f"{slm.pixel_pitch * 1e6:.3g} µm: take a wider one"
+                )
         if not any(self.tilt):
             return profile
         cycles = (np.sin(self.tilt[0]) * y + np.sin(self.tilt[1]) * x) / wavelength

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.bench.extremes_cases import KINDS, Case, case_of, cloud_of, passband_of
-from chrmc.bench.extremes_video import frames_of, promised_of
+from chrmc.bench.extremes_video import IN_PARTS, frames_of, promised_of
 from chrmc.cgh import DEFAULT_METHOD, field_and_error, method_named
-from chrmc.optics.footprint import reach
+from chrmc.optics.footprint import expected_power, reach
 from chrmc.optics.passband import Passband
 from chrmc.reference import reference_samples
 from chrmc.scene.points import PointCloud
@@ -184,14 +184,27 @@ def sampled_error(
 
 
 def _video(case: Case, out: Outcome) -> None:
-    """The worst of a video's frames, against the points that each stands for."""
-    out.error = out.expected = 0.0
+    """The worst of a video's frames, against the points that each stands for.
+
+    Methods that add and take out single points, objects or blocks promise an error of the light
+    that these have by themselves.
+    """
+    out.error = out.expected = parts = 0.0
     start = time.perf_counter(), time.process_time()
     for frame in frames_of(case):
         field = frame.field
         out.seconds += time.perf_counter() - start[0]
         out.cpu += time.process_time() - start[1]
         error = sampled_error(field, frame.shown, case.slm, case.wavelength, passband_of(case))
+        if case.video in IN_PARTS:
+            optics = case.slm, case.wavelength, passband_of(case)
+            own = field.size * float(expected_power(frame.shown, *optics).sum())
+            parts = max(parts, own)
+            error *= (
+                min(1.0, float(np.linalg.norm(field.astype(np.complex128))) / np.sqrt(parts))
+                if parts
+                else 1.0
+            )
         out.error = max(out.error, error)
         out.expected = max(out.expected, frame.record.error_predicted or 0.0)
         start = time.perf_counter(), time.process_time()

@@ -17,6 +17,7 @@ from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Pose
 
 BODIES = ("box", "coincident", "regular", "grazing", "deep", "ratio")
+IN_PARTS = ("tr-nlut", "mc-nlut", "mpeg-nlut", "3dmc-nlut")
 NLUT_ERROR = 2e-5
 """What the methods that correct the frame before promise with `rt`: its own error, and as much."""
 _ROTATION = (1e-12, np.pi)

@@ -13,7 +13,7 @@ from chrmc.slm import SLM
 FORMAT = 1
 SCENE_PITCH = Range("the scene's pixel_pitch", 1e-9, 10.0)
 SCALE = Range("scale", 1e-22, 1e15, unit="")
-"""Amplitude that fills the grey range: intensities where it comes to a focus fit single precision."""
+"""Amplitude that fills the grey range: what that comes to in a focus fits single precision."""
 POWER = Range("an object's power", 0.0, 1e60, unit="")
 FRAME = Count("frame number", 1, 10**9)
 GROUP = Count("group", 1, 10**9)

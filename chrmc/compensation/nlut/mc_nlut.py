@@ -63,7 +63,8 @@ def frames(
 
     The publications give no search range and no criterion: these are choices. Points of known
     identity need no search: their vector is the median of their displacements, in SLM pixels.
-    With "exact" the field is that of `none` within 1e-5 with rt or nlut, 1e-2 with wrp.
+    With "exact" the field is that of `none` within 1e-5 with rt or nlut, 1e-2 with wrp, of the
+    light that the points have one by one: what cancels, or is gone, leaves its rounding.
     `frame.shown` are the points that the field is the sum of: compensated points keep their
     phases. One field is kept per object.
     """

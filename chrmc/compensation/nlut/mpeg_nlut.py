@@ -42,7 +42,8 @@ def frames(
     The publications give group sizes, but no block size, search range or criterion: 16 pixels is
     MPEG's macroblock, the search covers three frames of the built-in car, full search by the sum
     of absolute differences. Points of known identity: the median displacement of a block's.
-    With "exact" the field is that of `none` within 1e-5 with rt or nlut, 1e-2 with wrp. A field
+    With "exact" the field is that of `none` within 1e-5 with rt or nlut, 1e-2 with wrp, of the
+    light that the points have one by one: what cancels, or is gone, leaves its rounding. A field
     is kept for each block that moves. `frame.shown` are the points that the field is the sum of.
     """
     how = Search(group, block, search, 0, measure)

@@ -41,7 +41,8 @@ def frames(
         for RGB-D
     options : for the CGH method
 
-    With "exact" the field is that of `none` within the rounding of the sum: 1e-5 with rt or nlut;
+    With "exact" the field is that of `none` within the rounding of the sum: 1e-5 with rt or nlut,
+    of the light that the points have one by one (what cancels, or is gone, leaves its rounding);
     a CGH method's own error enters twice for each point that was removed (wrp: 1e-2).
     `frame.shown` are the points that the field is the sum of.
     """
