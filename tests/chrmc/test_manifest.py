@@ -119,7 +119,9 @@ ODD = st.one_of(
 )  # fmt: skip
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 @given(st.sampled_from(places(GOOD)), ODD)
 def test_anything_anywhere_is_a_video_or_one_line(
     tmp_path: Path, path: tuple[Any, ...], value: Any
