@@ -1,0 +1,95 @@
+"""Changes to the core files that no test can see, and why (see mutation.py)."""
+
+# file: (how a line begins, the change there or "" for any, why no test can see it)
+UNSEEN: dict[str, list[tuple[str, str, str]]] = {
+    "chrmc/optics/propagation.py": [
+        ("return ceil(2 * sqrt(", "2 → 3", "a wider margin costs time"),
+        ("walk = spread(self.wavelength, f_max", "1 → 2", "a wider margin costs time"),
+        ("walk = spread(self.wavelength, f_max", "spread(self.wavelength, f_max, self.longest) / p "
+         "+ 1 → (spread(self.wavelength, f_max, self.longest) / p - 1)", "a sample of a soft cut"),
+        ("padded.append(", "False → True", "another quick length of a transform"),
+        ("if rows * x.grid", "", "which of two equal products is quicker"),
+        ("if self.grid[0] * self.grid[1] >", "self.grid[0] * self.grid[1] > MOST_SAMPLES → "
+         "(self.grid[0] * self.grid[1] >= MOST_SAMPLES)", "one grid of one size"),
+        ("ramp = (np.arange(min(soft", "0.5 → 1.0", "half a sample along a soft cut"),
+        ("ramp = (np.arange(min(soft", "np.arange(min(soft, count)) + 0.5 → "
+         "(np.arange(min(soft, count)) - 0.5)", "the same"),
+    ],
+    "chrmc/encodings/binary.py": [
+        ("lit = line >= 0.5", "line >= 0.5 → (line > 0.5)", "a dark field's even grey"),
+        ("amplitude = np.minimum(", "1.0 → 2.0", "no light over any scale is none"),
+    ],
+    "chrmc/encodings/phase.py": [
+        ("return levels_of(np.angle(field) + apart", "", "the checkerboard's other half"),
+        ("amplitude = np.minimum(", "1.0 → 2.0", "no light over any scale is none"),
+    ],
+    "chrmc/grey_levels.py": [
+        ("if coding.carrier == 0", "0 → 1", "the product with a carrier of 1 is the same"),
+        ("_BLOCK = ", "", "rows at a time"),
+        ("bits: int = 8,", "8 → 9", "frames hold 8 bits"),
+        ("if bits < 8", "bits < 8 → (bits <= 8)", "of 256 levels all are allowed"),
+    ],
+    "chrmc/compensation/ch_rmc_paper/image_measures.py": [
+        ("high = min(count, ceil(at.max())", "1 → 2", "a dark pixel of a margin of twelve"),
+        ("high = min(count, ceil(at.max())", "ceil(at.max()) + MARGIN + 1 → "
+         "(ceil(at.max()) + MARGIN - 1)", "two dark pixels of it"),
+    ],
+    "chrmc/compensation/ch_rmc_paper/cylinder.py": [
+        ("_ROOM = ", "", "a column of padding"),
+    ],
+    "chrmc/compensation/ch_rmc_object/cost.py": [
+        (f"_{name} = ", "", "a weight of a count, as measured: how long, not what")
+        for name in ("CHOSEN", "SOME", "KEY", "FEW", "CHOOSE", "FOUND_OUT", "LOOK_UP", "WAVE")
+    ],
+    "chrmc/compensation/ch_rmc_object/grid.py": [
+        ("ceil((high - low) / step) + 2", "1 → 2", "one place of room"),
+    ],
+    "chrmc/compensation/ch_rmc_object/sums.py": [
+        ("_AT_ONCE, _RUN = ", "", "points at once"),
+        ("_FEW = ", "", "the same"),
+        ("half = (high - low)", "", "places farther apart, and more of them"),
+        ("few = 4 + ceil(", "4 → 5", "a place more than are needed"),
+    ],
+    "chrmc/compensation/ch_rmc_object/promise.py": [
+        ("if total.relative <= SURE", "total.relative <= SURE * self.tolerance * sqrt(kept) → "
+         "(total.relative < SURE * self.tolerance * sqrt(kept))", "measured numbers are not equal"),
+    ],
+    "chrmc/compensation/ch_rmc_object/video.py": [
+        ("later = [n for n in self._numbers", "n > number → (n >= number)", "a frame twice"),
+    ],
+    "chrmc/compensation/ch_rmc_paper/paper.py": [
+        ("extraction = (time", "", "seconds of a stage"),
+    ],
+    "reconstruct/four_f_system.py": [
+        ("rows, columns = (scipy.fft.next_fast_len(2 * n", "", "more dark room beside the light"),
+        ("walk = ceil(spread(", "", "what would come round the grid, its transfer function cuts"),
+        ("rows, columns = (scipy.fft.next_fast_len(n + 2 * walk", "", "the same"),
+        ("(np.where(np.arange(g)", "np.arange(g) < (n + g) // 2 → (np.arange(g) <= (n + g) // 2)",
+         "a sample in the middle of the dark"),
+    ],
+    "chrmc/cgh/curved/verify.py": [
+        ("if relative < min(_OPEN", "2 → 3", "when more pixels are drawn, not what they say"),
+        ("_WAVES = ", "", "how many pixels are drawn"),
+    ],
+    "chrmc/compensation/ch_rmc_object/sphere.py": [
+        ("for _ in range(20):", "20 → 21", "Newton's steps past convergence"),
+        ("(float(alpha[0]), float(alpha[-1]))", "0 → 1", "a series holds one place past its end"),
+        ("if np.max(np.abs(step)) <= _EXACT", "np.max(np.abs(step)) <= _EXACT * self.grid.step[1]"
+         " * np.max(r) → (np.max(np.abs(step)) < _EXACT * self.grid.step[1] * np.max(r))",
+         "measured numbers are not equal"),
+        ("if first.min() < 0 or", "first.max() + rows > grid.count[1] → "
+         "(first.max() + rows >= grid.count[1])", "one place of room"),
+        ("if 2 * len(change) <= ", "2 * len(change) <= np.count_nonzero(visible) → "
+         "(2 * len(change) < np.count_nonzero(visible))", "which of two equal costs"),
+    ],
+    "chrmc/cgh/curved/series.py": [
+        ("counts.append(1 + node_count(1.15", "1.15 → 2.3", "more samples cost time"),
+        ("if not len(enough) or", "_TRIED - 2 → (_TRIED + 2)", "which of two ways counts samples"),
+        ("if not len(enough) or", "2 → 3", "the same"),
+    ],
+    "reconstruct/focus.py": [
+        ("if not np.isfinite(depth) or rise", "rise * sqrt(grains) < PROMINENCE → "
+         "(rise * sqrt(grains) <= PROMINENCE)", "measured numbers are not equal"),
+        ("floor = ", "", "keeps 0/0 away"),
+    ],
+}  # fmt: skip
