@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from chrmc.progress import progress
 from chrmc.response import GreyResponse
+from chrmc.scene.drawn import drawn
 from chrmc.scene.light import scenes_in_light
 from chrmc.scene.load import BUILT_IN, load_scene
 from chrmc.scene.origin import MADE_OF, scene_made_of
@@ -18,6 +19,7 @@ from chrmc.scene.scene import Scene
 from chrmc.store.colour import ColourVideo, open_video, read_plan
 from chrmc.store.video import Video
 from reconstruct.four_f_system import FourF
+from reconstruct.looks import looks_of
 from reconstruct.verdict import FrameVerdict, Target, judge_frame
 
 PAPER_FRAMES = (1, 21, 51, 80)
@@ -136,6 +138,7 @@ def truth_maker(video: Video, scene: Scene | str) -> Callable[[int], NDArray[np.
 
     if isinstance(scene, str):
         scene = scene_of(video, scene)
+    scene = _as_shown(video, scene)
     band = coding_for(video.encoding, video.slm).passband
 
     def field(number: int) -> NDArray[np.complex64]:
@@ -168,7 +171,18 @@ def scene_of(video: Video | ColourVideo, named: str | None = None) -> Scene:
     return _loaded(video, named)
 
 
+def _as_shown(video: Video, scene: Scene) -> Scene:
+    """The scene, each frame with as many draws of its phases as the video shows."""
+    looks = looks_of(video)
+    once = video.scene.get("frame_count") == looks * scene.frame_count
+    return drawn(scene, looks) if once else scene
+
+
 def _loaded(video: Video, named: str | None) -> Scene:
+    return _as_shown(video, _named(video, named))
+
+
+def _named(video: Video, named: str | None) -> Scene:
     record = video.scene.get(MADE_OF)
     if record is not None:
         words = [] if named is None else [named]

@@ -18,14 +18,13 @@ from chrmc.metrics import psnr, ssim
 from chrmc.optics.propagation import Patch
 from chrmc.optics.resolution import apertures, depth_of_focus
 from chrmc.response import GreyResponse
+from chrmc.scene.drawn import LOOKS, SEED
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Scene, SceneFrame
 from chrmc.store.video import Video
 from reconstruct.four_f_system import FourF
 from reconstruct.metrics import scale_to
 
-SEED = 20180102
-"""Of the phases; with frame and look it fixes every draw."""
 ROOM = 8
 """Pixels around an object that belong to its picture."""
 
@@ -34,17 +33,21 @@ def looks(video: Video, scene: Scene, number: int, count: int) -> Iterator[NDArr
     """Grey levels of a frame: the stored ones, then with its points' phases drawn anew.
 
     scene : that the video was made of
-    count : frames in all, 1 or more
+    count : frames in all, 1 or more; a video that was made with several looks has the first of them
     """
     if count < 1:
         raise ValueError(f"looks must be 1 or more, not {count}")
-    yield video.read(number)
-    if count == 1:
+    stored = looks_of(video)
+    first = (number - 1) // stored * stored + 1
+    others = [n for n in range(first, first + stored) if n != number and n in video.numbers]
+    shown = [number, *others][:count]
+    yield from map(video.read, shown)
+    if count == len(shown):
         return
     cloud = scene.frame(number).cloud
     response = GreyResponse.from_dict(video.response) if video.response else None
     band = coding_for(video.encoding, video.slm).passband
-    for look in range(1, count):
+    for look in range(len(shown), count):
         phase = np.random.default_rng([SEED, number, look]).uniform(0, 2 * np.pi, len(cloud))
         field = compute_field(
             replace(cloud, phase=phase),
@@ -57,6 +60,11 @@ def looks(video: Video, scene: Scene, number: int, count: int) -> Iterator[NDArr
         yield encode(
             field, video.slm, video.encoding, video.scale, response=response, band_limited=True
         )
+
+
+def looks_of(video: Video) -> int:
+    """Draws of its phases that a video shows of each of the scene's frames, one after the other."""
+    return LOOKS.of(video.scene.get("looks", 1))
 
 
 def rendered_view(

@@ -41,6 +41,13 @@ from chrmc.slm import SLM
     default=None,
     help="Frames that share a key frame. [1 without compensation, else 96]",
 )
+@click.option(
+    "--looks",
+    type=click.IntRange(1, 1000),
+    default=1,
+    show_default=True,
+    help="Draws of the random phases, shown one after the other in each frame of the scene.",
+)
 @click.option("--workers", type=int, default=None, help="Processes that share the work.")
 @click.option(
     "--scheduler", default=None, help="A running Dask cluster that does it, tcp://HOST:PORT."

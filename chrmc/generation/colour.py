@@ -21,6 +21,7 @@ from chrmc.generation.recipe import Recipe, recipe_for
 from chrmc.grey_levels import scale_of
 from chrmc.python_file import one_line
 from chrmc.response import GreyResponse
+from chrmc.scene.drawn import drawn, drawn_frames
 from chrmc.scene.light import scenes_in_light
 from chrmc.scene.scene import Scene, frame_range
 from chrmc.slm import SLM
@@ -55,6 +56,8 @@ def make_in_light(
     responses = _responses(choices.get("response"), max(len(lasers_of(wavelength)), 1))
     how: dict[str, Any] = {"force": force, "workers": workers, "scheduler": scheduler}
     lasers = lasers_of(wavelength)
+    looks = choices.get("looks", 1)
+    frames = drawn_frames(frames, looks)
     there = (folder / MANIFEST).exists() or (folder / COLOUR).exists()
     begun = folder / REPLACEMENT if force and there else folder
     if not lasers:
@@ -67,6 +70,7 @@ def make_in_light(
     for one, name, response in zip(lit, _folders(begun, lasers), responses, strict=True):
         recipes.append(recipe_for(one, slm, folder=name, **{**choices, "response": response}))
         _tell(tell, recipes[-1])
+    scene = drawn(scene, looks)
     frame_range(scene, frames)
     with told_when_full(folder), writer_lock(folder):
         if not (force and there):

@@ -32,6 +32,7 @@ def generate(
     check_pixels: int | None = None,
     check_share: float = SHARE,
     group: int | None = None,
+    looks: int = 1,
     png: bool = False,
     force: bool = False,
     workers: int | None = None,
@@ -59,6 +60,8 @@ def generate(
         as many frames, as `check_share` of the time allows, the scene's first and last frame and
         the first of each group always
     group : frames after which a new key frame begins, whatever is made of them and in which order
+    looks : draws of the points' phases that each frame is shown with, one after the other: frames
+        of their own, for panels so fast that the eye averages them
     png : write PNG, smaller and slower than TIFF
     force : replace another video in the folder, once the new one stands
     workers : processes that make the groups; scheduler : address of a running Dask cluster that
@@ -82,6 +85,7 @@ def generate(
         check_pixels=check_pixels,
         check_share=check_share,
         group=group,
+        looks=looks,
         source=source,
     )
     make_in_light(

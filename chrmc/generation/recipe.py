@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
+from itertools import cycle
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from chrmc.planning.choices import GROUP
 from chrmc.python_file import identity, is_python_name, one_line
 from chrmc.ranges import Count, short
 from chrmc.response import GreyResponse
+from chrmc.scene.drawn import DrawnScene, drawn
 from chrmc.scene.origin import Origin
 from chrmc.scene.scene import Scene, as_scene, frame_range
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
@@ -65,18 +67,31 @@ class Recipe:
         """A line on what `auto` took, and why; empty where the methods were named."""
         return f"auto: {self.auto.why}" if self.auto is not None and self.auto.why else ""
 
+    @property
+    def looks(self) -> int:
+        """Draws of the phases that follow one another."""
+        return self.scene.looks if isinstance(self.scene, DrawnScene) else 1
+
     def video(self, first: int, last: int, **more: Any) -> Iterator[VideoFrame]:
-        """Frames first … last, made one by one; `more` options, such as a cache."""
-        return frames_by(
-            self.scene,
-            self.slm,
-            self.wavelength,
-            self.coding,
-            frame_range(self.scene, (first, last)),
-            self.cgh,
-            self.compensation,
-            {**self.options, **more},
+        """Frames first … last, made one by one; `more` options, such as a cache.
+
+        Every look is a video of its own, whose bodies keep their phases from frame to frame.
+        """
+        numbers, looks = frame_range(self.scene, (first, last)), self.looks
+        videos = cycle(
+            frames_by(
+                self.scene,
+                self.slm,
+                self.wavelength,
+                self.coding,
+                numbers[look::looks],
+                self.cgh,
+                self.compensation,
+                {**self.options, **more},
+            )
+            for look in range(min(looks, len(numbers)))
         )
+        return (next(frames) for frames, _ in zip(videos, numbers, strict=False))
 
     def group_of(self, number: int) -> range:
         """The frames of the group that a frame belongs to."""
@@ -100,6 +115,7 @@ def recipe_for(
     check_pixels: int | None = None,
     check_share: float = SHARE,
     group: int | None = None,
+    looks: int = 1,
     source: str | Origin | None = None,
     folder: Path | None = None,
 ) -> Recipe:
@@ -108,6 +124,8 @@ def recipe_for(
     encoding : default the usual one of the panel's kind
     check_pixels : on which each frame's error is measured; default as many, of as many frames, as
         `check_share` of the time allows
+    group : of the scene's frames, each in all its looks
+    looks : draws of the phases that are shown of each frame, one after the other
     folder : of the video, whose manifest says what `auto` and the check were when it was begun
     """
     scene = as_scene(scene)
@@ -137,6 +155,7 @@ def recipe_for(
     if group is None:
         # Frames that owe each other nothing are groups of their own.
         group = 1 if compensation == "none" else GROUP
+    scene = drawn(scene, looks)
     if check_pixels is None:
         check = stored_check(before)
         if check is None:
@@ -158,7 +177,7 @@ def recipe_for(
         check.pixels,
         grey,
         source,
-        GROUP_COUNT.of(group),
+        GROUP_COUNT.of(group) * looks,
         auto,
         check.every,
     )
@@ -196,6 +215,8 @@ def describe(recipe: Recipe) -> dict[str, Any]:
         "error_check": {"pixels": recipe.check_pixels, "seed": CHECK_SEED}
         | ({"every": recipe.check_every} if recipe.check_every > 1 else {}),
     }
+    if recipe.looks > 1:
+        description["scene"]["looks"] = recipe.looks
     if is_python_name(recipe.source):
         description["scene"]["source"] = identity(recipe.source)
     return description

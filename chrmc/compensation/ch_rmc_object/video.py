@@ -256,17 +256,18 @@ class _Maker:
 
     def _room(self, name: str) -> int:
         """Complex numbers that an object's sphere may hold; others longest unseen make room."""
+        most = MOST_VALUES // self._numbers.step  # the frames between are another's, beside this
         held = {
             other: track.group.sphere.size
             for other, track in self._tracks.items()
             if other != name and track.group is not None
         }
         for other in list(held):
-            if sum(held.values()) <= MOST_VALUES // 2:
+            if sum(held.values()) <= most // 2:
                 break
             self._tracks[other].group = None
             del held[other]
-        return MOST_VALUES - sum(held.values())
+        return most - sum(held.values())
 
     def _looked_up(
         self,

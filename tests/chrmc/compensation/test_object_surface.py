@@ -213,7 +213,7 @@ def test_points_that_flicker_are_added_once_and_stay_exact() -> None:
     assert keys == [True] + [False] * 5
 
 
-@pytest.mark.parametrize("count", [40, 3000])
+@pytest.mark.parametrize("count", [40, pytest.param(3000, marks=pytest.mark.long)])
 def test_bodies_whose_light_cancels_are_made_together_or_refused(count: int) -> None:
     points = body(count, (6e-4, 3e-4, 4e-4), 5)
     twin = PointCloud(points.positions, 0.999 * points.amplitude, points.phase + np.pi)
