@@ -5,7 +5,7 @@ Nothing else of the package is promised. In the order of the computation, see do
 plan      `plane_of` and `lines_of` say what is planned for, `reference_at` takes the wave out,
           `cluster_axes` gives the nodes (`Axis`, in runs read by blocks), `part_of` some of them
 sum       `sum_points` gives the baseband at nodes, for `cost_of_sums`, by transforms from
-          `MANY_POINTS` on; `make_series`, `chebyshev`
+          `MANY_POINTS` on (`transformed`); `make_series`, `chebyshev`
           and `interpolation` are its parts, for sums at other places than a hologram's nodes
 edges     `readings_of` says how nodes are read off a baseband without footprints, by filters
 taps      `taps_for`, `fewer`: reading waves of limited frequency off an even grid
@@ -35,7 +35,7 @@ from chrmc.cgh.curved.clusters import Plane, bounding_box, cost_of_sums, referen
 from chrmc.cgh.curved.cost import cost_of, pixels_from
 from chrmc.cgh.curved.edge import Reading, readings_of
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
-from chrmc.cgh.curved.nonuniform import MANY_POINTS
+from chrmc.cgh.curved.nonuniform import MANY_POINTS, transformed
 from chrmc.cgh.curved.parallel import alone, in_parallel
 from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
 from chrmc.cgh.curved.series import Remainder, Series, make_series
@@ -94,5 +94,6 @@ __all__ = [
     "split",
     "sum_points",
     "taps_for",
+    "transformed",
     "waves_looked_at",
 ]

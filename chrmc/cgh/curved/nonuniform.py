@@ -213,7 +213,7 @@ def _slice(
         wave = phasors(2 * pi * cycles, cloud.amplitude[part] * reference.modulus(z)).astype(kind)
         factors = series.at_points(by_curvature(cloud.positions[part])).astype(real)
         np.multiply(factors, wave, out=strength[:, part])
-    sums = _transformed(angles, strength, (x.grid.count, y.grid.count), tolerance)
+    sums = transformed(angles, strength, (x.grid.count, y.grid.count), tolerance)
     weights = series.on_nodes(*places, real)
     plain = np.zeros(sums.shape[1:], dtype=kind)
     for term, one in enumerate(sums):
@@ -222,7 +222,7 @@ def _slice(
     return plain, series.dropped
 
 
-def _transformed(
+def transformed(
     angles: list[Reals], strength: Complexes, shape: tuple[int, int], tolerance: float
 ) -> Complexes:
     """(L, n_x, n_y) Σ_j strength_j·exp(i(k·angle_x + l·angle_y)), k and l from the middle."""

@@ -19,6 +19,7 @@ from chrmc.scene.scene import Pose
 
 Floats = NDArray[np.float64]
 Span = tuple[float, float]
+Place = tuple[Floats, Floats, Floats]
 
 FARTHEST = 0.62
 """Sine of the angle up to which a chart reaches."""
@@ -64,12 +65,20 @@ def _hull(span: tuple[Floats, Floats], count: int) -> Span:
     return float(span[0][:count].min()), float(span[1][:count].max())
 
 
-def path(alpha: Floats, beta: Floats, place: tuple[Floats, Floats, Floats], r: float) -> Floats:
+def path(alpha: Floats, beta: Floats, place: Place, r: float) -> Floats:
     """|q − Δ| − r for Δ = place, without cancellation; metres."""
     x, y, z = place
     gamma = np.sqrt(1 - alpha * alpha - beta * beta)
     change = x * x + y * y + z * z - 2 * r * (x * alpha + y * beta - z * gamma)
     return np.asarray(change / (np.sqrt(r * r + change) + r), dtype=np.float64)
+
+
+def slopes(alpha: Floats, beta: Floats, place: Place, r: float) -> tuple[Floats, Floats]:
+    """∂path/∂α and ∂path/∂β; metres."""
+    x, y, z = place
+    gamma = np.sqrt(1 - alpha * alpha - beta * beta)
+    turn = -r / (path(alpha, beta, place, r) + r)
+    return turn * (x + z * alpha / gamma), turn * (y + z * beta / gamma)
 
 
 def mean_rotation(poses: Sequence[Pose]) -> Floats:

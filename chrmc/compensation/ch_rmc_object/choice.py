@@ -22,6 +22,7 @@ from chrmc.cgh.curved.interface import (
 from chrmc.compensation.ch_rmc_object.chart import View, Views, mean_rotation
 from chrmc.compensation.ch_rmc_object.grid import Grid, make_grid
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, views_ahead
+from chrmc.compensation.ch_rmc_object.transforms import TRANSFORMED
 from chrmc.scene.scene import ObjectFrame, Pose, Scene
 
 Floats = NDArray[np.float64]
@@ -35,11 +36,14 @@ MOST_VALUES = 100_000_000
 # grid that is added to, a place looked up and each of its neighbours, a small product's fixed
 # work, a tile's series, a frame's plan.
 _ENTRY, _PLACE, _LOOK, _TAP = 500.0, 300.0, 3000.0, 250.0
-_CALL, _SERIES, _FRAME = 5e6, 2.5e8, 3e8
+_CALL, _SERIES, _FRAME = 5e6, 2.5e8, 8e8
 _POINT = 1e5  # a point of a fresh sum besides its products: sorting, soft edges, the look at pixels
 _TRANSFORMS = 6.5e9, 9e4  # a fresh sum by non-uniform Fourier transforms, and a point of it
+_TILE = 1.5e9, 5e4  # a tile's sum by such transforms, in one layer, and a point of it
+_PARTS = 1.8  # what parts take beside what is counted: small products wait for memory
 _TERMS = 2.0  # of a tile's series, about
-_WAIT = 32  # frames until reuse is thought of again, which takes as long as a small frame
+_WAIT = 64  # frames until reuse is thought of again, which takes as long as a small frame
+_PAYS = 0.9  # of what afresh takes, up to which looking up is sure to take no longer
 _MOST_PARTS = 64
 _TURN = 2.0  # points that change per radian of turning, in shares of those seen
 
@@ -125,7 +129,7 @@ def choose(
         if least < np.inf and (always or least <= 1.02 * best.cost):
             best = _Way(least, parts, frames)
     ratio = best.cost / fresh
-    if best.parts is None or (ratio > 1 and not always):
+    if best.parts is None or (ratio > _PAYS and not always):
         why = "no chart of directions holds two of its frames"
         if ratio < np.inf:
             why = f"looking up would cost {ratio:.2g} times as much"
@@ -154,19 +158,34 @@ def _lengths(most: int) -> list[int]:
 
 
 def _cheapest(cost: Callable[[Parts], float], start: Parts, count: int) -> tuple[float, Parts]:
-    """The least cost downhill from some parts, by twice and half as many along each axis."""
-    known: dict[Parts, float] = {start: cost(start)}
-    at = start
+    """The least cost downhill from one part, from some and from `start`, by twice and half as many
+    along each axis: one part is summed in a way of its own."""
+    known: dict[Parts, float] = {}
+    for at in dict.fromkeys(((1, 1, 1), start, (4, 2, 1))):
+        if _allowed(at, count):
+            known.setdefault(at, cost(at))
+            _descend(cost, known, at, count)
+    best = min(known, key=lambda parts: (known[parts], parts))
+    return known[best], best
+
+
+def _descend(
+    cost: Callable[[Parts], float], known: dict[Parts, float], at: Parts, count: int
+) -> None:
+    """Work out the costs of parts on the way down from some."""
     while True:
+        nearby = [at]
         for axis in range(3):
             for number in (2 * at[axis], at[axis] // 2):
                 near = (*at[:axis], number, *at[axis + 1 :])
                 assert len(near) == 3
-                if near not in known and _allowed(near, count):
-                    known[near] = cost(near)
-        least = min(known, key=lambda parts: (known[parts], parts))
+                if _allowed(near, count):
+                    if near not in known:
+                        known[near] = cost(near)
+                    nearby.append(near)
+        least = min(nearby, key=lambda parts: (known[parts], parts))
         if least == at:
-            return known[at], at
+            return
         at = least
 
 
@@ -233,7 +252,10 @@ def _cost(
         return layers * (points * each + some * (number * _CALL + _TERMS * _PLACE * places))
 
     frames = len(views.tilt)
-    new = needed * (sums(count) + layers * _SERIES) / frames
+    whole = sums(count) + layers * _SERIES
+    if number == 1 and count >= TRANSFORMED:
+        whole = min(whole, layers * (_TILE[0] + _TILE[1] * count))
+    new = needed * whole / frames
     changed = touched * sums(min(_TURN * turned, 1.0) * count)
     x, y = (len(reading.places) for reading in plan.readings)
     carry = 0.0
@@ -249,7 +271,9 @@ def _cost(
     # Rows of the grid that a frame reads, about.
     rows = min(grid.count[1], _width(views)[1] / grid.step[1] + taps)
     look = number * x * (rows * (layers * _TAP * taps + _LOOK) + y * (_TAP * taps + 2 * _LOOK))
-    return float(_FRAME + new + changed + look + carry)
+    if number == 1:
+        return float(_FRAME + new + 0.5 * changed + look)
+    return float(_FRAME + _PARTS * (new + changed + look + carry))
 
 
 class Patience:

@@ -10,8 +10,7 @@ The grid is cut into tiles. A tile knows which points it holds; when a frame loo
 appeared or vanished since is added once, and a tile that was never looked at is summed then.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import factorial, pi, sqrt
 from threading import Lock
@@ -29,10 +28,12 @@ from chrmc.compensation.ch_rmc_object.grid import SHARE, Grid
 from chrmc.compensation.ch_rmc_object.sums import (
     batches_of,
     cycles_of,
+    lagrange,
     phase_table,
     product_of,
     weighed,
 )
+from chrmc.compensation.ch_rmc_object.transforms import TRANSFORMED, transformed_tile
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
@@ -146,7 +147,7 @@ class Sphere:
             raise NotCovered
         self._ensure(slice(low, high), slice(int(first.min()), int(first.max()) + rows), visible)
         number = np.arange(len(self.centres))[:, None, None]
-        by_layer = _lagrange(grid.layers, 1 / r_at)
+        by_layer = lagrange(grid.layers, 1 / r_at)
         out = np.empty(place.shape, dtype=self._complex)
         flat = self._values.reshape(-1)
         across, down = grid.count
@@ -207,9 +208,26 @@ class Sphere:
                 return
         self._values[:, :, tile.beta, tile.alpha] = 0
         every = np.flatnonzero(visible)
-        self._add(tile, every, np.ones(len(every)))
+        if not self._transform(tile, every):
+            self._add(tile, every, np.ones(len(every)))
         self._taken += len(every)
         tile.held = visible.copy()
+
+    def _transform(self, tile: _Tile, index: NDArray[np.intp]) -> bool:
+        """Sum many points of one part on an empty tile; False where that is not the way."""
+        if len(self.centres) > 1 or len(index) < TRANSFORMED:
+            return False
+        points = self._points.select(index)
+        points = replace(points, positions=points.positions - self.centres[0])
+        alpha, beta, _, _ = self._middle(tile)
+        aim = SHARE * self._tolerance
+        for layer, s in enumerate(self.grid.layers):
+            made = transformed_tile(points, (alpha, beta), float(1 / s), self._wavelength, aim)
+            if made is None:
+                return False
+            self._values[0, layer, tile.beta, tile.alpha] = made[0]
+            self.dropped = max(self.dropped, made[1])
+        return True
 
     def _add(self, tile: _Tile, index: NDArray[np.intp], sign: Floats) -> None:
         """Add the waves of some points to a tile."""
@@ -323,17 +341,3 @@ class Sphere:
         count = len(grid.layers)
         swing = pi * (x * x + y * y) / self._wavelength * half
         return np.asarray(error + 2 * ((swing / 2) ** count / factorial(count)) ** 2)
-
-
-def _lagrange(nodes: Floats, at: Floats) -> Sequence[Floats]:
-    """Weight of each node for polynomial interpolation at places of any shape."""
-    if len(nodes) == 1:
-        return [np.ones(1)]
-    out = []
-    for i, node in enumerate(nodes):
-        weight = np.ones_like(at)
-        for j, other in enumerate(nodes):
-            if i != j:
-                weight *= (at - other) / (node - other)
-        out.append(weight)
-    return out

@@ -1,6 +1,6 @@
 """Sums of points on a grid of directions: tables of phases along either axis, and their product."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import ceil, log, pi, sqrt
 
@@ -118,3 +118,17 @@ def weighed(
     # Real weights on real and imaginary parts as two columns: half of a complex product.
     out = matrix @ values.view(real).reshape(-1, 2)
     return np.ascontiguousarray(out).view(values.dtype).reshape(start.shape)
+
+
+def lagrange(nodes: Floats, at: Floats) -> Sequence[Floats]:
+    """Weight of each node for polynomial interpolation at places of any shape."""
+    if len(nodes) == 1:
+        return [np.ones(1)]
+    out = []
+    for i, node in enumerate(nodes):
+        weight = np.ones_like(at)
+        for j, other in enumerate(nodes):
+            if i != j:
+                weight *= (at - other) / (node - other)
+        out.append(weight)
+    return out

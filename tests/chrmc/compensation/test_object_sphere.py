@@ -10,6 +10,7 @@ from chrmc.cgh.curved.interface import fewer, lines_of, plane_of, reference_cycl
 from chrmc.compensation.ch_rmc_object.chart import path
 from chrmc.compensation.ch_rmc_object.group import Group, cut
 from chrmc.compensation.ch_rmc_object.plan import Plan, outline_of, planned
+from chrmc.compensation.ch_rmc_object.transforms import transformed_tile
 from chrmc.encoding import coding_for
 from chrmc.reference import relative_error
 from chrmc.scene.scene import ObjectFrame, Pose
@@ -208,3 +209,24 @@ def test_parts_cover_all_points_within_their_boxes() -> None:
     assert len(centres) == 8 and set(part) == set(range(8))
     assert np.all(np.abs(points - centres[part]) <= half * (1 + 1e-12))
     assert half[0] <= 0.25e-3 and half[1] <= 0.25e-3
+
+
+@pytest.mark.parametrize(("tolerance", "kind"), [(1e-3, np.complex64), (3e-5, np.complex128)])
+def test_transforms_give_the_sum_of_many_points_in_a_tile_of_directions(
+    tolerance: float, kind: type[np.complexfloating]
+) -> None:
+    points = body(3000, (1.6e-3, 7e-4, 8e-4))
+    alpha, beta = 0.13 + 3e-4 * np.arange(60), -0.02 + 3e-4 * np.arange(41)
+    made = transformed_tile(points, (alpha, beta), 0.25, WAVELENGTH, tolerance)
+    assert made is not None
+    got, missed = made
+    assert got.dtype == kind and got.shape == (41, 60)
+    random = np.random.default_rng(0)
+    rows, columns = random.integers(0, 41, 40), random.integers(0, 60, 40)
+    a, b = alpha[columns], beta[rows]
+    # The hologram's place itself, r away in the direction (α, β, −γ).
+    at = 0.25 * np.stack([a, b, -np.sqrt(1 - a * a - b * b)], axis=1)
+    far = np.linalg.norm(at[:, None] - points.positions, axis=2)
+    turns = (far - 0.25) / WAVELENGTH + points.phase / (2 * np.pi)
+    truth = np.sum(points.amplitude * 0.25 / far * np.exp(2j * np.pi * turns), axis=1)
+    assert relative_error(got[rows, columns], truth) <= 2 * missed <= 4 * tolerance

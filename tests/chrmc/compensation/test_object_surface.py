@@ -297,3 +297,34 @@ def test_all_frames_of_the_built_in_scenes_from_one_key_frame(
     scene = chrmc.load_scene(name)
     keys = check_frames(scene, LC_R_1080, tolerance, encoding)  # type: ignore[arg-type]
     assert keys == [True] + [False] * 79
+
+
+def test_many_points_of_one_part_are_summed_by_transforms(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from chrmc.compensation.ch_rmc_object import choice
+
+    monkeypatch.setattr(choice, "_MOST_PARTS", 1)
+    points = body(9000, (6e-4, 3e-4, 4e-4), 6)
+    poses = [
+        Pose(Rotation.from_rotvec([0, 0.01 * k, 0]).as_matrix(), np.array([3e-4, 2e-4, 0.2]))
+        for k in range(3)
+    ]
+    hidden = np.random.default_rng(1).random((3, 9000)) < 0.99
+    scene = PointScene("dense", {"body": points}, {"body": poses}, {"body": list(hidden)})
+    coding = coding_for("ssb", PANEL)
+    made = list(
+        chrmc.video(
+            scene, PANEL, cgh="curved", compensation="ch-rmc", coding=coding, tolerance=1e-3,
+            reuse="always",
+        )
+    )  # fmt: skip
+    assert made[0].record.reuse["body"].startswith("1 part ")
+    random = np.random.default_rng(0)
+    rows, columns = random.integers(0, PANEL.height, 60), random.integers(0, PANEL.width, 60)
+    for frame in made:
+        truth = reference_samples(
+            frame.cloud, PANEL, WAVELENGTH, rows, columns, passband=coding.passband
+        )
+        assert relative_error(frame.field[rows, columns], truth) <= 1e-3
+    assert [frame.record.key for frame in made] == [True, False, False]
