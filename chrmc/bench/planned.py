@@ -15,8 +15,9 @@ from threadpoolctl import threadpool_limits
 
 from chrmc.compensation.frame import VideoFrame
 from chrmc.generation.recipe import Recipe, recipe_for
-from chrmc.grey_levels import encode, encode_signal, video_scale
-from chrmc.planning.choices import Choice, Plan, plan
+from chrmc.grey_levels import encode, encode_signal
+from chrmc.planning.choice import Choice
+from chrmc.planning.choices import Plan, plan
 from chrmc.planning.rates import machine_rates
 from chrmc.reference import reference_samples, relative_error
 from chrmc.scene.load import load_scene
@@ -181,7 +182,6 @@ def _measured(scene: Scene, slm: SLM, choice: Choice, last: int) -> tuple[float,
     recipe = recipe_for(
         scene, slm, cgh=choice.cgh, compensation=choice.compensation, settings=dict(choice.options)
     )
-    scale = video_scale(scene, slm, recipe.wavelength, recipe.coding) if last < 3 else 1.0
     for number in range(1, last + 1):
         scene.frame(number)
     spent, best, error = 0.0, np.inf, 0.0
@@ -190,9 +190,9 @@ def _measured(scene: Scene, slm: SLM, choice: Choice, last: int) -> tuple[float,
         for frame in recipe.video(1, last):
             signal = frame.signal
             if signal is None:
-                encode(frame.field, slm, recipe.encoding, scale, band_limited=True)
+                encode(frame.field, slm, recipe.encoding, 1.0, band_limited=True)
             else:
-                encode_signal(signal, scale, None)
+                encode_signal(signal, 1.0, None)
         spent = time.process_time() - start
         best = min(best, spent)
         if error == 0.0:

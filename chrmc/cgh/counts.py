@@ -34,6 +34,15 @@ class OperationCounts:
         more = {name: number * getattr(self, name) for name in KINDS}
         return OperationCounts(**more, memory=self.memory)
 
+    def onward(self, before: "OperationCounts", steps: float) -> "OperationCounts":
+        """So many steps farther on the straight line through `before` and these."""
+        return OperationCounts(
+            **{
+                name: (now := getattr(self, name)) + steps * max(now - getattr(before, name), 0.0)
+                for name in (*KINDS, "memory")
+            }
+        )
+
 
 KINDS = tuple(field.name for field in fields(OperationCounts) if field.name != "memory")
 """What a machine has a rate for."""

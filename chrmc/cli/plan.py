@@ -45,7 +45,8 @@ def command(
     `chrmc generate` takes. Times are counts of operations over this machine's rates
     (chrmc calibrate).
     """
-    from chrmc.planning.choices import Choice, plan, spell
+    from chrmc.planning.choice import Choice, spell
+    from chrmc.planning.choices import plan
 
     scene = scene_from(things, form, slm, wavelength, options, quiet=as_json)
     found = plan(

@@ -7,6 +7,7 @@ from dataclasses import replace
 from chrmc.cgh import method_named
 from chrmc.compensation.frame import VideoFrame
 from chrmc.generation.recipe import Recipe
+from chrmc.planning.choice import LATE
 from chrmc.planning.choices import plan
 from chrmc.planning.pace import Pace, first_tolerance
 
@@ -30,7 +31,7 @@ def pace_for(recipe: Recipe, budget: float, loosest: float | None = None) -> Pac
         encoding=recipe.coding,
     )  # fmt: skip
     expected = {
-        choice.tolerance: choice.mean
+        choice.tolerance: LATE * choice.mean
         for choice in found.choices
         if choice.compensation == recipe.compensation and choice.tolerance is not None
     }

@@ -11,7 +11,8 @@ from chrmc.encoding import coding_for
 from chrmc.optics.footprint import coverage, reach
 from chrmc.optics.passband import Passband
 from chrmc.panels import encoding_for
-from chrmc.planning.choices import plan, spell
+from chrmc.planning.choice import spell
+from chrmc.planning.choices import plan
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene
 from chrmc.slm import SLM

@@ -1,12 +1,14 @@
 """The sensible ways to make a scene's holograms, what each takes, and the one to take."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from importlib import import_module
-from math import log
+from itertools import pairwise
+from math import sqrt
 from typing import Any
 
-from chrmc.cgh import METHODS, OperationCounts, method_named
+from chrmc.cgh import METHODS, CGHMethod, OperationCounts, method_named
 from chrmc.compensation import (
     COUNTED,
     DEFAULT_TOLERANCE,
@@ -15,7 +17,8 @@ from chrmc.compensation import (
 )
 from chrmc.encoding import Coding, coding_for
 from chrmc.optics.footprint import check_showable
-from chrmc.planning.errors import PROMISED, SAFE, expected_error
+from chrmc.planning.choice import Choice, pick, sentence
+from chrmc.planning.errors import PROMISED, expected_error
 from chrmc.planning.rates import Rates, machine_rates
 from chrmc.ranges import TOLERANCE_RANGE, Range
 from chrmc.scene.scene import Scene, SceneFrame, as_scene, frame_range
@@ -25,61 +28,14 @@ from chrmc.window import Window
 GROUP = 96
 """Frames of a group whose method carries something from frame to frame: key frames, which cost up
 to ten frames, then take less than a tenth."""
-TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6)
-"""That are tried where none is asked for."""
+TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+"""That are tried where none is asked for; and what lies in the middle of two, reckoned."""
 BUDGET = Range("budget", 1e-6, 1e6, unit="s")
 _LONGER = 4  # groups that are tried, in GROUPs
-_MUCH, _LITTLE = 0.67, 0.01  # of the time, and seconds: what an error check alone is not worth
-_WORTH = 0.9  # of the time, from which another way than the first is taken
+_MANY = 3000  # points of which some are counted
 
 # From the field, or from the signal, to 8 bits: bytes and steps of one core, as measured.
 _FROM_FIELD, _FROM_SIGNAL, _STEPS = 300.0, 60.0, 400.0
-
-
-@dataclass(frozen=True)
-class Choice:
-    """One way to make a scene's holograms.
-
-    cgh, compensation : methods by name; options : of theirs, the tolerance among them
-    group : frames that share a key frame
-    key, mean : expected seconds from points to 8 bits, of a key frame and of one on the average
-    error : expected relative L2 error of the field; None where nothing is known
-    sure : the method keeps the tolerance by itself
-    memory : bytes held while a frame is made, about
-    objects : what is done with each object, and why, where objects are told apart
-    """
-
-    cgh: str
-    compensation: str
-    options: Mapping[str, Any]
-    group: int
-    key: float
-    mean: float
-    error: float | None
-    sure: bool
-    memory: float
-    objects: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def tolerance(self) -> float | None:
-        """That it is made with, if it takes one."""
-        return self.options.get("tolerance")
-
-    def meets(self, tolerance: float) -> bool:
-        """Whether its error will stay below a tolerance."""
-        return self.within(tolerance) <= 1 + 1e-9
-
-    def within(self, tolerance: float) -> float:
-        """How far it comes from meeting a tolerance: at most 1 where it does."""
-        if self.sure and self.tolerance is not None:
-            return self.tolerance / tolerance
-        return float("inf") if self.error is None else SAFE * self.error / tolerance
-
-    def __str__(self) -> str:
-        said = "" if self.tolerance is None else f" at {self.tolerance:.2g}"
-        others = {name: value for name, value in self.options.items() if name != "tolerance"}
-        said += "".join(f" {name}={value}" for name, value in others.items())
-        return f"{self.cgh}{said}, {self.compensation}"
 
 
 @dataclass(frozen=True)
@@ -181,7 +137,9 @@ class _Look:
         exact: list[Choice] = []
         for one in tolerances:
             exact += self._of(OBJECT_CGH, {"tolerance": one})
-        yield from self._by_object(tolerances, exact)
+        if budget is not None:
+            exact += between(exact)
+        yield from self._by_object(exact)
         yield from exact
         for name in METHODS:
             if name != OBJECT_CGH:
@@ -195,10 +153,7 @@ class _Look:
             return
         cloud = self.frame.cloud
         try:
-            counts: OperationCounts = method.cost(
-                cloud, self.slm, self.wavelength, Window.full(self.slm), self.coding.passband,
-                **options,
-            )  # fmt: skip
+            counts = self._counts(method, options)
             error = expected_error(
                 method, cloud, self.slm, self.wavelength, self.coding.passband, **options
             )
@@ -211,6 +166,22 @@ class _Look:
             counts.memory,
         )  # fmt: skip
 
+    def _counts(self, method: CGHMethod, options: Mapping[str, Any]) -> OperationCounts:
+        """What a frame takes; of many points some are counted, and a straight line goes on."""
+        assert method.cost is not None
+        cloud, window = self.frame.cloud, Window.full(self.slm)
+        count = partial(
+            method.cost, slm=self.slm, wavelength=self.wavelength, window=window,
+            passband=self.coding.passband, **options,
+        )  # fmt: skip
+        step = len(cloud) // _MANY
+        if not step or method.takes("tolerance"):  # those that do take some points by themselves
+            return count(cloud)
+        some = cloud.select(slice(None, None, step))
+        few = some.select(slice(None, None, 2))
+        on = (len(cloud) - len(some)) / (len(some) - len(few))
+        return count(some).onward(count(few), on)
+
     def _encoding(self, signal: bool) -> float:
         """Seconds from what a method makes to 8 bits."""
         direct = signal and not self.coding.needs_field
@@ -218,35 +189,33 @@ class _Look:
         each = _FROM_SIGNAL if direct else _FROM_FIELD
         return self.rates.seconds(OperationCounts(bytes=each * pixels, calls=_STEPS), False)
 
-    def _by_object(self, tolerances: list[float], exact: list[Choice]) -> Iterator[Choice]:
-        """The video methods that tell objects apart."""
+    def _by_object(self, exact: list[Choice]) -> Iterator[Choice]:
+        """The video methods that tell objects apart, at the tolerances of those that do not."""
+        shared = method_named(OBJECT_CGH).shares_cores
         for name, module in COUNTED.items():
-            worked: list[tuple[float, float, float]] = []
+            if not exact:
+                return
+            later = range(self.frame.number + 1, min(self.frame.number + GROUP, self.numbers.stop))
+            try:
+                found = import_module(module).cost(
+                    self.scene, self.frame.objects, later, self.slm, self.wavelength, self.coding,
+                    tolerance=exact[0].tolerance,
+                )  # fmt: skip
+            except ValueError:
+                continue
+            extra = self._encoding(True)
             for group in self._groups():
-                end = min(self.frame.number + group - 1, self.numbers[-1])
-                later = range(self.frame.number + 1, end + 1)
-                first = tolerances[0]
-                try:
-                    found = import_module(module).cost(
-                        self.scene, self.frame.objects, later, self.slm, self.wavelength,
-                        self.coding, tolerance=first,
-                    )  # fmt: skip
-                except ValueError:
-                    continue
+                frames = min(group, len(self.numbers))
                 key = sum((o.key for o in found), OperationCounts())
-                mean = sum((o.mean for o in found), OperationCounts())
-                shared = method_named(OBJECT_CGH).shares_cores
-                worked = [(self.rates.seconds(k, shared), 0.0, k.memory) for k in (key, mean)]
-                fresh = exact[0].mean if exact else worked[1][0]
-                for one, way in zip(tolerances, exact, strict=False):
+                mean = sum((o.mean(frames) for o in found), OperationCounts())
+                seconds = [self.rates.seconds(counts, shared) for counts in (key, mean)]
+                for way in exact:
                     # Other tolerances change both ways about alike.
-                    more = way.mean / fresh
-                    extra = self._encoding(True)
-                    yield Choice(
-                        OBJECT_CGH, name, {"tolerance": one}, group,
-                        worked[0][0] * more + extra, worked[1][0] * more + extra,
-                        PROMISED * one, True, max(worked[0][2], worked[1][2]),
-                        {o.name: o.how for o in found},
+                    more = way.mean / exact[0].mean
+                    yield replace(
+                        way, compensation=name, group=group, key=seconds[0] * more + extra,
+                        mean=seconds[1] * more + extra, memory=max(key.memory, mean.memory),
+                        objects={o.name: o.how for o in found},
                     )  # fmt: skip
 
     def _groups(self) -> list[int]:
@@ -254,85 +223,20 @@ class _Look:
         return [GROUP, _LONGER * GROUP] if more else [GROUP]
 
 
-def pick(
-    choices: tuple[Choice, ...], tolerance: float | None, budget: float | None
-) -> tuple[Choice, bool]:
-    """The choice to take, and whether it meets what was asked for."""
-    if not choices:
-        raise ValueError("no method can make this scene's holograms: see chrmc inspect")
-    fit = [c for c in choices if tolerance is None or c.meets(tolerance)]
-    if budget is None:
-        if fit:
-            return _cheapest(fit), True
-        return min(choices, key=lambda c: (c.within(tolerance or 1.0), c.mean)), False
-    quick = [c for c in fit if c.mean <= budget]
-    if quick:
-        if tolerance is not None:
-            return _cheapest(quick), True
-        best = min(_worst(c) for c in quick)
-        return _cheapest([c for c in quick if _worst(c) <= best]), True
-
-    def off(choice: Choice) -> tuple[float, float]:
-        late = max(log(choice.mean / budget), 0.0)
-        if tolerance is None:
-            return late, _worst(choice)
-        wrong = choice.within(tolerance)
-        return max(late, log(max(wrong, 1.0))) if wrong < float("inf") else 1e9, choice.mean
-
-    return min(choices, key=off), False
-
-
-def _worst(choice: Choice) -> float:
-    """The error to reckon with."""
-    return choice.within(1.0)
-
-
-def _cheapest(choices: list[Choice]) -> Choice:
-    """The quickest; the first, as the default is, where others hardly are quicker, and one that
-    keeps its tolerance by itself where others save little."""
-    least = min(choices, key=lambda c: c.mean)
-    sure = [c for c in choices if c.sure]
-    if sure and not least.sure:
-        best = min(c.mean for c in sure)
-        if least.mean > min(_MUCH * best, best - _LITTLE):
-            choices = sure
-    quickest = min(c.mean for c in choices)
-    return next(choice for choice in choices if _WORTH * choice.mean <= quickest)
-
-
-def sentence(
-    taken: Choice,
-    met: bool,
-    choices: tuple[Choice, ...],
-    tolerance: float | None,
-    budget: float | None,
-) -> str:
-    """What is taken, and why."""
-    asked = []
-    if tolerance is not None:
-        asked.append(f"an error of {tolerance:.2g}")
-    if budget is not None:
-        asked.append(f"{spell(budget)} a frame")
-    said = f"{taken}: {spell(taken.mean)} a frame"
-    if taken.key > 1.3 * taken.mean:
-        said += f" ({spell(taken.key)} a key frame)"
-    if taken.error is not None:
-        said += f", expected error {taken.error:.1e}"
-    if not met:
-        return f"nothing meets {' and '.join(asked)}; nearest is {said}"
-    if tolerance is None:
-        return f"{said}, the most accurate within {asked[0]}"
-    others = [
-        c for c in choices
-        if (c.cgh, c.compensation) != (taken.cgh, taken.compensation) and c.meets(tolerance)
-    ]  # fmt: skip
-    if not others:
-        return f"{said}, the only way to {asked[0]}"
-    other = min(others, key=lambda c: c.mean)
-    against = f"{other} would take {spell(other.mean)}"
-    return f"{said}; of all within {' and '.join(asked)} the cheapest: {against}"
-
-
-def spell(seconds: float) -> str:
-    """Seconds in words."""
-    return f"{seconds:.3g} s" if seconds >= 1 else f"{1e3 * seconds:.3g} ms"
+def between(ways: list[Choice]) -> list[Choice]:
+    """Ways at tolerances halfway between neighbours', reckoned from theirs."""
+    ordered = sorted(ways, key=lambda way: way.tolerance or 0.0)
+    out = []
+    for a, b in pairwise(ordered):
+        low, high = a.tolerance or 0.0, b.tolerance or 0.0
+        if high < 5 * low:
+            continue
+        middle = float(f"{sqrt(low * high):.0e}")
+        seconds = sqrt(a.mean * b.mean)
+        out.append(
+            replace(
+                a, options={**a.options, "tolerance": middle}, key=seconds, mean=seconds,
+                error=PROMISED * middle,
+            )
+        )  # fmt: skip
+    return out

@@ -40,7 +40,8 @@ def expected_error(
     if len(cloud) == 0:
         return 0.0
     random = np.random.default_rng(0)
-    few = cloud.select(np.sort(random.permutation(len(cloud))[:POINTS]))
+    drawn = random.choice(len(cloud), min(POINTS, len(cloud)), replace=False)
+    few = cloud.select(np.sort(drawn))
     spans = []
     for axis, (count, f_max) in enumerate(
         ((slm.width, passband.fx_max), (slm.height, passband.fy_max))
@@ -49,8 +50,8 @@ def expected_error(
         half = few.positions[:, 2] * reach(wavelength, f_max) / slm.pixel_pitch
         low = np.clip(np.ceil(middle - half), 0, count - 1)
         high = np.clip(np.floor(middle + half), low, count - 1)
-        drawn = random.random((len(few), PIXELS))
-        spans.append((low[:, None] + drawn * (high - low + 1)[:, None]).astype(np.intp))
+        place = random.random((len(few), PIXELS))
+        spans.append((low[:, None] + place * (high - low + 1)[:, None]).astype(np.intp))
     columns, rows = spans
     truth = true_waves(few, slm, wavelength, rows, columns, passband)
     made = method.waves(few, slm, wavelength, rows, columns, passband, **options)

@@ -32,7 +32,7 @@ from chrmc.cgh.curved.assembly import Factor, reference_cycles
 from chrmc.cgh.curved.baseband import Axes, Summed, cluster_axes, series_for, sum_points
 from chrmc.cgh.curved.chebyshev import chebyshev, interpolation
 from chrmc.cgh.curved.clusters import Plane, bounding_box, cost_of_sums, reference_at, split
-from chrmc.cgh.curved.cost import cost_of, pixels_from
+from chrmc.cgh.curved.cost import cost_of, pixels_from, some_of
 from chrmc.cgh.curved.edge import Reading, readings_of
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, transformed
@@ -91,6 +91,7 @@ __all__ = [
     "sample_points",
     "series_for",
     "signal_of",
+    "some_of",
     "split",
     "sum_points",
     "taps_for",

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import ceil
 
 from chrmc.cgh.counts import OperationCounts
 from chrmc.cgh.curved.interface import (
@@ -9,6 +10,7 @@ from chrmc.cgh.curved.interface import (
     lines_of,
     pixels_from,
     plane_of,
+    some_of,
     split,
     waves_looked_at,
 )
@@ -34,14 +36,21 @@ _WAVE = 8.0  # of a look at some pixels, in phasors
 class ObjectCost:
     """Of one object.
 
-    key, mean : of the first frame, and of one on the average of all
+    key, later : of a key frame, and of the others
+    serves : frames that a key frame serves
     how : what is done with it, and why
     """
 
     name: str
     key: OperationCounts
-    mean: OperationCounts
+    later: OperationCounts
+    serves: int
     how: str
+
+    def mean(self, frames: int) -> OperationCounts:
+        """Of a frame on the average of so many."""
+        keys = ceil(frames / self.serves) / frames
+        return self.key.times(keys) + self.later.times(1 - keys)
 
 
 def cost(
@@ -61,37 +70,40 @@ def cost(
     """
     window = Window.full(slm)
     plane, lines = plane_of(slm, wavelength, window, coding.passband), lines_of(slm, window)
-    frames = 1 + len(later)
+    always = 1 + len(later)
     out: list[ObjectCost] = []
     chosen: list[tuple[int, Choice]] = []
     for thing in sorted(things, key=lambda thing: -len(thing.cloud)):
         if not len(thing.cloud):
             continue
         own = replace(plane, points=len(thing.cloud))
-        parts = split(thing.cloud, own)
-        fresh = cost_of(thing.cloud, lines, own, tolerance, parts)
+        some, each = some_of(thing.cloud)
+        parts = split(some, own, each)
+        fresh = cost_of(thing.cloud, lines, own, tolerance, parts, each)
+
+        def afresh(
+            how: str, steps: float = 0.0, frames: int = always, name: str = thing.name,
+            fresh: OperationCounts = fresh,
+        ) -> None:  # fmt: skip
+            key = fresh + OperationCounts(calls=steps)
+            out.append(ObjectCost(name, key, fresh, frames, how))
+
         how = rest(scene, thing, later)
         if how:
-            out.append(ObjectCost(thing.name, fresh, fresh.times(1 / frames), how))
+            out.append(ObjectCost(thing.name, fresh, OperationCounts(), always, how))
             continue
         if thing.body is None or thing.ids is None or thing.pose is None:
-            how = "afresh: its points are not known again"
-            out.append(ObjectCost(thing.name, fresh, fresh, how))
+            afresh("afresh: its points are not known again")
             continue
         if len(parts) > 1:
             # So deep or wide that one wave does not fit it: a sphere of its light would hardly pay,
             # and finding that out takes long.
-            once = OperationCounts(calls=_FOUND_OUT)
             how = f"afresh, most likely: its light takes {len(parts)} reference waves"
-            mean = fresh + once.times(1 / frames)
-            out.append(ObjectCost(thing.name, fresh + once, mean, how))
+            afresh(how, _FOUND_OUT)
             continue
-        once = OperationCounts(calls=_CHOOSE)
         if len(thing.cloud) <= _FEW:
             # Both ways take about as long, and finding out which is less takes longer.
-            how = "afresh, or from its sphere where that takes less"
-            mean = fresh + once.times(1 / frames)
-            out.append(ObjectCost(thing.name, fresh + once, mean, how))
+            afresh("afresh, or from its sphere where that takes less", _CHOOSE)
             continue
         aim = AIM * tolerance
         body = thing.body
@@ -105,17 +117,18 @@ def cost(
             choice = min(chosen, key=lambda c: abs(c[0] - len(thing.cloud)))[1]
             choice = replace(choice, why=f"as for a body of {chosen[-1][0]} points: {choice.why}")
         if choice.parts is None:
-            mean = fresh + once.times(1 / min(frames, choice.frames))
-            out.append(ObjectCost(thing.name, fresh + once, mean, f"afresh: {choice.why}"))
+            afresh(f"afresh: {choice.why}", _CHOOSE, choice.frames)
             continue
         shown = pixels_from(plan.axes)
-        # Looked up, it takes the counted share of what summing its points would.
+        # Looked up, it takes the counted share of what summing its points would; the key frame's
+        # part of that is in the key frame.
         sums = sums_of(fresh, shown)
-        mean = sums.times(choice.reused / choice.fresh) + shown + OperationCounts(
-            phasors=_WAVE * looked_at(len(thing.cloud)), calls=_LOOK_UP
-        )  # fmt: skip
-        key = mean + sums.times(_KEY) + once
-        out.append(ObjectCost(thing.name, key, mean, choice.why))
+        part = choice.reused / choice.fresh
+        later_part = max(part - _KEY / choice.frames, 0.3 * part)
+        look = OperationCounts(phasors=_WAVE * looked_at(len(thing.cloud)), calls=_LOOK_UP)
+        others = sums.times(later_part) + shown + look
+        key = others + sums.times(_KEY) + OperationCounts(calls=_CHOOSE)
+        out.append(ObjectCost(thing.name, key, others, choice.frames, choice.why))
     return out
 
 
