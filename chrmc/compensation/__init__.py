@@ -35,6 +35,13 @@ COMPENSATIONS = {
 }
 # name: the module whose `cost` counts what each object will take; the plan looks at these
 COUNTED = {"ch-rmc-object": "chrmc.compensation.ch_rmc_object.cost"}
+# the same of a whole frame, a `VideoCost`
+COUNTED_WHOLE = {
+    "tr-nlut": "chrmc.compensation.nlut.cost",
+    "mc-nlut": "chrmc.compensation.nlut.cost",
+    "mpeg-nlut": "chrmc.compensation.nlut.cost",
+    "ch-rmc-paper": "chrmc.compensation.ch_rmc_paper.cost",
+}
 DEFAULT_TOLERANCE = 1e-3
 AUTO = "auto"
 """What the plan takes, where both methods are left to it; beside a named one, the default."""

@@ -78,7 +78,9 @@ def taken(
         if known and auto.get("tolerance") == wanted:
             return Taken(str(names[0]), str(names[1]), options, wanted, str(auto.get("why", "")))
     try:
-        found = plan(scene, slm, tolerance=wanted, wavelength=wavelength, encoding=coding)
+        found = plan(
+            scene, slm, tolerance=wanted, wavelength=wavelength, encoding=coding, published=False
+        )
     except ValueError:  # the methods themselves say why they cannot do it
         cgh, compensation, options = videos.chosen(tolerance=tolerance)
         return Taken(cgh, compensation, options, wanted, "")

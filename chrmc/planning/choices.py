@@ -5,16 +5,18 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 from importlib import import_module
 from itertools import pairwise
-from math import sqrt
+from math import hypot, sqrt
 from typing import Any
 
 from chrmc.cgh import METHODS, CGHMethod, OperationCounts, method_named
 from chrmc.compensation import (
     COUNTED,
+    COUNTED_WHOLE,
     DEFAULT_TOLERANCE,
     OBJECT_CGH,
     scene_wavelength,
 )
+from chrmc.compensation.counted import VideoCost
 from chrmc.encoding import Coding, coding_for
 from chrmc.optics.footprint import check_showable
 from chrmc.planning.choice import Choice, pick, sentence
@@ -74,6 +76,7 @@ def plan(
     encoding: Coding | str = "ssb",
     frames: tuple[int, int] | None = None,
     rates: Rates | None = None,
+    published: bool = True,
 ) -> Plan:
     """The way to make a scene's holograms: the cheapest that meets a tolerance, the most accurate
     that meets a budget, or with both whether there is one, and the nearest if not.
@@ -84,6 +87,7 @@ def plan(
     wavelength : metres; default the scene's, else 532 nm
     encoding : or its name; frames : (first, last), default all
     rates : of a machine; default this one's
+    published : look at the video methods that others have published, too; they hardly ever pay
 
     Nothing is computed but counts, from the first frame that shows anything.
     """
@@ -100,6 +104,8 @@ def plan(
     shown = first_lit(scene, numbers)
     look = _Look(scene, shown, numbers, slm, wavelength, coding, rates or machine_rates())
     choices = tuple(look.choices(tolerance, budget))
+    if published:
+        choices += tuple(look.published())
     taken, met = pick(choices, tolerance, budget)
     why = sentence(taken, met, choices, tolerance, budget)
     return Plan(str(scene.name), choices, taken, met, why, tolerance, budget)
@@ -217,6 +223,35 @@ class _Look:
                         mean=seconds[1] * more + extra, memory=max(key.memory, mean.memory),
                         objects={o.name: o.how for o in found},
                     )  # fmt: skip
+
+    def published(self) -> Iterator[Choice]:
+        """The video methods that are counted as a whole."""
+        numbers = self.numbers[self.numbers.index(self.frame.number) :]
+        for name, module in COUNTED_WHOLE.items():
+            try:
+                found: VideoCost | None = import_module(module).cost(
+                    name, self.scene, numbers, self.slm, self.wavelength, self.coding
+                )
+            except ValueError:
+                continue
+            if found is None:
+                continue
+            method = method_named(found.cgh)
+            options = {"tolerance": DEFAULT_TOLERANCE} if method.takes("tolerance") else {}
+            error = expected_error(
+                method, self.frame.cloud, self.slm, self.wavelength, self.coding.passband, **options
+            )
+            extra = self._encoding(False)
+            key, later = (
+                self.rates.seconds(counts, method.shares_cores) + extra
+                for counts in (found.key, found.later)
+            )
+            group = min(found.serves, GROUP)
+            yield Choice(
+                found.cgh, name, options, group, key, later + (key - later) / group,
+                None if error is None else hypot(error, found.carried), False,
+                max(found.key.memory, found.later.memory),
+            )  # fmt: skip
 
     def _groups(self) -> list[int]:
         more = len(self.numbers) > GROUP

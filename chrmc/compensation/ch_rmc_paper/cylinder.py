@@ -76,15 +76,20 @@ def _side(count: int, spread: int) -> int:
     return min(max(count + spread, 2 * spread), max(3 * count, 4096))
 
 
+def grid_for(slm: SLM, wavelength: float, distance: float) -> tuple[int, int]:
+    """Rows and columns of the padded grid for propagation over a distance, metres."""
+    spread = int(np.ceil(abs(distance) * wavelength / (2 * slm.pixel_pitch**2)))
+    rows, columns = _side(slm.height, spread), _side(slm.width, spread) + _ROOM
+    return scipy.fft.next_fast_len(rows), scipy.fft.next_fast_len(columns)
+
+
 def cylinder_at(
     slm: SLM, wavelength: float, centre: tuple[float, float], radius: float
 ) -> Cylinder:
     """The cylinder around the centre (x_O, z_O) of an arc, metres."""
     z0 = sagitta(radius, slm.width * slm.pixel_pitch)
     distance = centre[1] - radius + z0
-    spread = int(np.ceil(abs(distance) * wavelength / (2 * slm.pixel_pitch**2)))
-    grid = (_side(slm.height, spread), _side(slm.width, spread) + _ROOM)
-    grid = (scipy.fft.next_fast_len(grid[0]), scipy.fft.next_fast_len(grid[1]))
+    grid = grid_for(slm, wavelength, distance)
     # The grid is periodic: it is read from where the panel's light arrives, seen from the axis.
     middle = (slm.width - 1) / 2 - centre[0] / slm.pixel_pitch
     index = np.arange(grid[1])
