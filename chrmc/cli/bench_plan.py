@@ -4,8 +4,8 @@ import click
 
 
 @click.command("plan")
-@click.option("--only", default=None, help="Scenes whose names begin so.")
-def command(only: str | None) -> None:
+@click.option("--only", multiple=True, help="Only scenes whose names begin so; may be repeated.")
+def command(only: tuple[str, ...]) -> None:
     """Make ten kinds of scenes at three tolerances and with a budget by the way that `chrmc plan`
     takes, and by the next best ones, on one core; the shares of good choices, of times expected
     within a factor of two, of tolerances and budgets met.
@@ -30,7 +30,7 @@ def command(only: str | None) -> None:
     found: list[Row] = []
     with one_core():
         for case in CASES:
-            if only is None or case.name.startswith(only):
+            if not only or case.name.startswith(only):
                 for row in rows(case):
                     found.append(row)
                     click.echo(line(row))
