@@ -182,7 +182,7 @@ def _planned(
         budget=budget,
         frames=(1, last),
         rates=rates,
-        published=False,
+        every=False,
     )
     return found, time.process_time() - start
 

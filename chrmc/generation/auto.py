@@ -79,7 +79,7 @@ def taken(
             return Taken(str(names[0]), str(names[1]), options, wanted, str(auto.get("why", "")))
     try:
         found = plan(
-            scene, slm, tolerance=wanted, wavelength=wavelength, encoding=coding, published=False
+            scene, slm, tolerance=wanted, wavelength=wavelength, encoding=coding, every=False
         )
     except ValueError:  # the methods themselves say why they cannot do it
         cgh, compensation, options = videos.chosen(tolerance=tolerance)

@@ -28,7 +28,7 @@ def pace_for(recipe: Recipe, budget: float, loosest: float | None = None) -> Pac
         raise ValueError(f"--loosest {loose:g} must lie between --tolerance {tight:g} and 1")
     found = plan(
         recipe.scene, recipe.slm, tolerance=tight, budget=budget, wavelength=recipe.wavelength,
-        encoding=recipe.coding, published=False,
+        encoding=recipe.coding, every=False,
     )  # fmt: skip
     expected = {
         choice.tolerance: LATE * choice.mean

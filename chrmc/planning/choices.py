@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 from importlib import import_module
 from itertools import pairwise
-from math import hypot, sqrt
+from math import hypot, inf, sqrt
 from typing import Any
 
 from chrmc.cgh import METHODS, CGHMethod, OperationCounts, method_named
@@ -34,7 +34,7 @@ TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 """That are tried where none is asked for; and what lies in the middle of two, reckoned."""
 BUDGET = Range("budget", 1e-6, 1e6, unit="s")
 _LONGER = 4  # groups that are tried, in GROUPs
-_MANY = 3000  # points of which some are counted
+_MANY = 500  # points of which some are counted
 
 # From the field, or from the signal, to 8 bits: bytes and steps of one core, as measured.
 _FROM_FIELD, _FROM_SIGNAL, _STEPS = 300.0, 60.0, 400.0
@@ -76,7 +76,7 @@ def plan(
     encoding: Coding | str = "ssb",
     frames: tuple[int, int] | None = None,
     rates: Rates | None = None,
-    published: bool = True,
+    every: bool = True,
 ) -> Plan:
     """The way to make a scene's holograms: the cheapest that meets a tolerance, the most accurate
     that meets a budget, or with both whether there is one, and the nearest if not.
@@ -87,7 +87,7 @@ def plan(
     wavelength : metres; default the scene's, else 532 nm
     encoding : or its name; frames : (first, last), default all
     rates : of a machine; default this one's
-    published : look at the video methods that others have published, too; they hardly ever pay
+    every : look at every way, those too that cannot be the one to take
 
     Nothing is computed but counts, from the first frame that shows anything.
     """
@@ -103,8 +103,8 @@ def plan(
     numbers = frame_range(scene, frames)
     shown = first_lit(scene, numbers)
     look = _Look(scene, shown, numbers, slm, wavelength, coding, rates or machine_rates())
-    choices = tuple(look.choices(tolerance, budget))
-    if published:
+    choices = tuple(look.choices(tolerance, budget, every))
+    if every:
         choices += tuple(look.published())
     taken, met = pick(choices, tolerance, budget)
     why = sentence(taken, met, choices, tolerance, budget)
@@ -134,40 +134,48 @@ class _Look:
     coding: Coding
     rates: Rates
 
-    def choices(self, tolerance: float | None, budget: float | None) -> Iterator[Choice]:
-        """All ways, the default first."""
+    def choices(
+        self, tolerance: float | None, budget: float | None, every: bool
+    ) -> Iterator[Choice]:
+        """All ways without the published videos, the default first."""
         check_showable(self.frame.cloud, self.slm, self.wavelength, self.coding.passband)
         tolerances = [] if tolerance is None else [tolerance]
         if budget is not None:
             tolerances += [t for t in TOLERANCES if t != tolerance]
-        exact: list[Choice] = []
-        for one in tolerances:
-            exact += self._of(OBJECT_CGH, {"tolerance": one})
+        exact = [way for one in tolerances if (way := self._of(OBJECT_CGH, {"tolerance": one}))]
         if budget is not None:
             exact += between(exact)
-        yield from self._by_object(exact)
-        yield from exact
+        sure = [*self._by_object(exact), *exact]
+        yield from sure
+        most = inf
+        if not every and budget is None:
+            most = min((way.mean for way in sure), default=inf)
         for name in METHODS:
             if name != OBJECT_CGH:
                 for settings in method_named(name).settings:
-                    yield from self._of(name, settings)
+                    way = self._of(name, settings, most)
+                    if way is not None:
+                        yield way
+                    elif not every:
+                        break  # its finer settings take longer still
 
-    def _of(self, name: str, options: Mapping[str, Any]) -> Iterator[Choice]:
-        """A CGH method without compensation."""
+    def _of(self, name: str, options: Mapping[str, Any], most: float = inf) -> Choice | None:
+        """A CGH method without compensation; None of one that takes more seconds than `most`."""
         method = method_named(name)
         if method.cost is None:
-            return
-        cloud = self.frame.cloud
+            return None
         try:
             counts = self._counts(method, options)
+            seconds = self.rates.seconds(counts, method.shares_cores)
+            seconds += self._encoding(method.signal is not None)
+            if seconds > most:
+                return None
             error = expected_error(
-                method, cloud, self.slm, self.wavelength, self.coding.passband, **options
+                method, self.frame.cloud, self.slm, self.wavelength, self.coding.passband, **options
             )
         except ValueError:  # which it cannot do at all
-            return
-        seconds = self.rates.seconds(counts, method.shares_cores)
-        seconds += self._encoding(method.signal is not None)
-        yield Choice(
+            return None
+        return Choice(
             name, "none", dict(options), 1, seconds, seconds, error, "tolerance" in options,
             counts.memory,
         )  # fmt: skip
