@@ -148,8 +148,8 @@ class _Look:
         sure = [*self._by_object(exact), *exact]
         yield from sure
         most = inf
-        if not every and budget is None:
-            most = min((way.mean for way in sure), default=inf)
+        if not every:
+            most = min((way.mean for way in sure), default=inf) if budget is None else budget
         for name in METHODS:
             if name != OBJECT_CGH:
                 for settings in method_named(name).settings:

@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import ceil
+from math import ceil, log2
+
+import numpy as np
 
 from chrmc.cgh.counts import OperationCounts
 from chrmc.cgh.curved.interface import (
+    bounding_box,
     cost_of,
     lines_of,
     pixels_from,
@@ -18,6 +21,7 @@ from chrmc.compensation.ch_rmc_object.choice import Choice, choose, poses_ahead
 from chrmc.compensation.ch_rmc_object.plan import outline_of, planned, same_light
 from chrmc.compensation.ch_rmc_object.promise import AIM, LOOKED, SOMETIMES
 from chrmc.encoding import Coding
+from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene
 from chrmc.slm import SLM
 from chrmc.window import Window
@@ -26,7 +30,7 @@ _CHOSEN = 2  # moving objects whose choice is worked out; it stands for the othe
 _SOME = 5000  # points of a body that stand for its outline
 _KEY = 8.0  # what a key frame takes beyond later ones, in frames' worth of sums afresh
 _FEW = 1500  # points that no choice is worked out for
-_CHOOSE = 2e5  # steps of Python of the choice itself
+_CHOOSE = 3.5e4  # steps of Python of the choice itself, for each number of frames that it tries
 _FOUND_OUT = 1e6  # and that of an object that one reference wave does not fit
 _LOOK_UP = 8000.0  # steps of Python of an object that is looked up
 _WAVE = 8.0  # of a look at some pixels, in phasors
@@ -71,15 +75,21 @@ def cost(
     window = Window.full(slm)
     plane, lines = plane_of(slm, wavelength, window, coding.passband), lines_of(slm, window)
     always = 1 + len(later)
+    choosing = _CHOOSE * (1 + log2(max(always, 4) / 4))
+    known: dict[tuple[float, ...], tuple[int, OperationCounts]] = {}
     out: list[ObjectCost] = []
     chosen: list[tuple[int, Choice]] = []
     for thing in sorted(things, key=lambda thing: -len(thing.cloud)):
         if not len(thing.cloud):
             continue
         own = replace(plane, points=len(thing.cloud))
-        some, each = some_of(thing.cloud)
-        parts = split(some, own, each)
-        fresh = cost_of(thing.cloud, lines, own, tolerance, parts, each)
+        alike = _size(thing.cloud)
+        if alike not in known:
+            some, each = some_of(thing.cloud)
+            parts = split(some, own, each)
+            counts = cost_of(thing.cloud, lines, own, tolerance, parts, each)
+            known[alike] = len(parts), counts
+        waves, fresh = known[alike]
 
         def afresh(
             how: str, steps: float = 0.0, frames: int = always, name: str = thing.name,
@@ -95,15 +105,15 @@ def cost(
         if thing.body is None or thing.ids is None or thing.pose is None:
             afresh("afresh: its points are not known again")
             continue
-        if len(parts) > 1:
+        if waves > 1:
             # So deep or wide that one wave does not fit it: a sphere of its light would hardly pay,
             # and finding that out takes long.
-            how = f"afresh, most likely: its light takes {len(parts)} reference waves"
+            how = f"afresh, most likely: its light takes {waves} reference waves"
             afresh(how, _FOUND_OUT)
             continue
         if len(thing.cloud) <= _FEW:
             # Both ways take about as long, and finding out which is less takes longer.
-            afresh("afresh, or from its sphere where that takes less", _CHOOSE)
+            afresh("afresh, or from its sphere where that takes less", choosing)
             continue
         aim = AIM * tolerance
         body = thing.body
@@ -117,7 +127,7 @@ def cost(
             choice = min(chosen, key=lambda c: abs(c[0] - len(thing.cloud)))[1]
             choice = replace(choice, why=f"as for a body of {chosen[-1][0]} points: {choice.why}")
         if choice.parts is None:
-            afresh(f"afresh: {choice.why}", _CHOOSE, choice.frames)
+            afresh(f"afresh: {choice.why}", choosing, choice.frames)
             continue
         shown = pixels_from(plan.axes)
         # Looked up, it takes the counted share of what summing its points would; the key frame's
@@ -127,9 +137,16 @@ def cost(
         later_part = max(part - _KEY / choice.frames, 0.3 * part)
         look = OperationCounts(phasors=_WAVE * looked_at(len(thing.cloud)), calls=_LOOK_UP)
         others = sums.times(later_part) + shown + look
-        key = others + sums.times(_KEY) + OperationCounts(calls=_CHOOSE)
+        key = others + sums.times(_KEY) + OperationCounts(calls=choosing)
         out.append(ObjectCost(thing.name, key, others, choice.frames, choice.why))
     return out
+
+
+def _size(cloud: PointCloud) -> tuple[float, ...]:
+    """What clouds of about the same cost have in common: points, extent, depth, to some 10 %."""
+    box = bounding_box(cloud.positions)
+    lengths = np.concatenate([box[:, 1] - box[:, 0], box[2]])
+    return len(cloud), *np.rint(8 * np.log(np.maximum(lengths, 1e-9))).tolist()
 
 
 def sums_of(fresh: OperationCounts, shown: OperationCounts) -> OperationCounts:
