@@ -11,7 +11,7 @@ from typing import Any
 from chrmc.cgh import OperationCounts, method_named
 from chrmc.cgh.counts import STATED
 from chrmc.options import option_names
-from chrmc.planning.choices import first_lit
+from chrmc.planning.choices import GROUP, first_lit
 from chrmc.ranges import Range
 from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
@@ -22,7 +22,7 @@ SHARE = 0.05
 SHARES = Range("check_share", 0.0, 1.0, unit="")
 MOST, LEAST = 256, 16
 """Pixels of a frame that is checked."""
-_WAVE = 10.0  # of the truth, in phasors
+_WAVE = 20.0  # of the truth, in phasors
 _REUSED = 0.4  # of what a frame afresh takes, where frames are made of others
 
 
@@ -74,7 +74,10 @@ def check_within(
     pixels = int(share * seconds / pixel)
     if pixels >= LEAST:
         return Check(min(pixels, MOST))
-    return Check(LEAST, ceil(LEAST * pixel / (share * seconds)))
+    # The frames that are checked always are part of it.
+    frames = scene.frame_count
+    others = share * seconds * frames / (LEAST * pixel) - 2 - frames / GROUP
+    return Check(LEAST, ceil(frames / others) if others >= 1 else frames)
 
 
 def stored_check(manifest: Mapping[str, Any]) -> Check | None:
