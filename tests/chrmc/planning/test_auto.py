@@ -12,6 +12,7 @@ from chrmc.generation.checking import Check
 from chrmc.generation.recipe import recipe_for
 from chrmc.planning import choices
 from chrmc.planning.rates import KINDS, Rates
+from chrmc.scene.scene import ObjectFrame, SceneFrame
 
 PANEL = chrmc.SLM("small", 240, 160, 32e-6)
 
@@ -91,3 +92,47 @@ def test_a_stored_check_is_kept_and_told(tmp_path: Path) -> None:
     assert errors[0] is not None and errors[-1] is not None and pixels[0] >= 16
     again = chrmc.generate(scene(), tmp_path / "v", slm=PANEL, check_share=0.5)
     assert again.frames == video.frames  # as it was begun
+
+
+class Mixed:
+    """A still house, a spinning car of many points, and a cloth whose points are not known."""
+
+    name, form, frame_count, object_names = "mixed", "points", 40, ("house", "car", "cloth")
+    wavelength, pixel_pitch, planes = None, 40.5e-6, None
+
+    def __init__(self) -> None:
+        random = np.random.default_rng(3)
+        self.bodies = {
+            name: chrmc.PointCloud(
+                random.uniform(-5e-4, 5e-4, (count, 3)), np.ones(count), random.uniform(0, 6, count)
+            )
+            for name, count in (("house", 50), ("car", 20_000), ("cloth", 60))
+        }
+
+    def pose(self, name: str, number: int) -> chrmc.Pose | None:
+        if name == "cloth":
+            return None
+        turn, aside = (0.5, -1e-3) if name == "house" else (0.003 * number, 1e-3)
+        return chrmc.Pose.from_rotvec([0, turn, 0], [aside, 0, 0.25])
+
+    def frame(self, number: int) -> SceneFrame:
+        things = []
+        for name, body in self.bodies.items():
+            pose = self.pose(name, number)
+            if pose is None:
+                bent = np.add(body.positions, [0.0, 1e-3, 0.25])
+                bent[:, 2] += 1e-4 * np.sin(4e3 * bent[:, 0] + 0.3 * number)
+                things.append(ObjectFrame(name, chrmc.PointCloud(bent, body.amplitude, body.phase)))
+                continue
+            cloud = chrmc.PointCloud(pose.apply(body.positions), body.amplitude, body.phase)
+            things.append(ObjectFrame(name, cloud, body, np.arange(len(body)), pose))
+        return SceneFrame(number, tuple(things))
+
+
+def test_each_object_is_made_its_own_way() -> None:
+    made = list(chrmc.video(Mixed(), PANEL, compensation="auto", frames=(1, 3)))  # type: ignore
+    second = made[1].record
+    assert set(second.reuse) == {"car", "cloth"}  # nothing is done for the house
+    assert second.reuse["car"].startswith("from its sphere")
+    assert second.reuse["cloth"].startswith("afresh")
+    assert second.points_computed == 60
