@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import chrmc
+from chrmc.cgh.counts import STATED
 from chrmc.compensation import COUNTED_WHOLE
 from chrmc.encoding import coding_for
 from chrmc.planning.choices import plan
-from chrmc.planning.rates import STATED
 from chrmc.reference import reference_samples, relative_error
 
 PANEL = chrmc.SLM("small", 480, 320, 24.3e-6)
