@@ -123,7 +123,8 @@ def compared(session: Session) -> None:
         model.mode = COMPARISONS[at]
     held = model.comparison
     if held is None or held.request.number != model.number:
-        imgui.text_disabled("PSNR, SSIM: not yet")
+        fault = model.fault(0) or model.fault(1)
+        imgui.text_disabled(f"PSNR, SSIM: {'a frame cannot be read' if fault else 'not yet'}")
         return
     imgui.text_disabled("of the region" if held.region else "of all; R marks a region")
     ssim = "measured" if model.alike is None else f"about {model.alike.ssim:.3f}"
