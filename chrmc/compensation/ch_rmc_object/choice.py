@@ -7,7 +7,7 @@ the same scene is decided the same way on every machine.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
-from math import ceil
+from math import ceil, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from chrmc.cgh.curved.interface import (
 from chrmc.compensation.ch_rmc_object.chart import View, Views, mean_rotation
 from chrmc.compensation.ch_rmc_object.grid import Grid, make_grid
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, views_ahead
-from chrmc.compensation.ch_rmc_object.transforms import TRANSFORMED
+from chrmc.compensation.ch_rmc_object.transforms import MOST_TERMS, TRANSFORMED
 from chrmc.scene.scene import ObjectFrame, Pose, Scene
 
 Floats = NDArray[np.float64]
@@ -39,7 +39,7 @@ _ENTRY, _PLACE, _LOOK, _TAP = 500.0, 300.0, 3000.0, 250.0
 _CALL, _SERIES, _FRAME = 5e6, 2.5e8, 8e8
 _POINT = 1e5  # a point of a fresh sum besides its products: sorting, soft edges, the look at pixels
 _TRANSFORMS = 6.5e9, 9e4  # a fresh sum by non-uniform Fourier transforms, and a point of it
-_TILE = 1.5e9, 5e4  # a tile's sum by such transforms, in one layer, and a point of it
+_TERM = 1.3e8, 4.5e3  # a term of a tile's sum by such transforms, and a point of it
 _PARTS = 1.8  # what parts take beside what is counted: small products wait for memory
 _TERMS = 2.0  # of a tile's series, about
 _WAIT = 64  # frames until reuse is thought of again, which takes as long as a small frame
@@ -254,7 +254,11 @@ def _cost(
     frames = len(views.tilt)
     whole = sums(count) + layers * _SERIES
     if number == 1 and count >= TRANSFORMED:
-        whole = min(whole, layers * (_TILE[0] + _TILE[1] * count))
+        # What curves over a tile, in radians: its series takes a transform for each term.
+        bend = ((wide * grid.step[0]) ** 2 + (high * grid.step[1]) ** 2) / 8
+        terms = 5 + 2.5 * 2 * pi / plan.wave.wavelength * float(half[2]) * bend
+        if terms <= MOST_TERMS / 2:
+            whole = min(whole, layers * terms * (_TERM[0] + _TERM[1] * count))
     new = needed * whole / frames
     changed = touched * sums(min(_TURN * turned, 1.0) * count)
     x, y = (len(reading.places) for reading in plan.readings)

@@ -18,7 +18,8 @@ TRANSFORMED = 8000
 """Points of one part from which transforms are quicker than tables."""
 _SINGLE = 5e-5  # smallest error that single precision serves: places are rounded to 1e-7 of a turn
 _AT_ONCE = 50_000  # points of a transform
-_MOST_TERMS = 40
+MOST_TERMS = 60
+"""Of a series, beyond which tables are quicker."""
 
 
 def transformed_tile(
@@ -47,7 +48,7 @@ def transformed_tile(
 
     ends = [(float(t[0]), float(t[-1])) for t in directions]
     series = make_series(ends[0], ends[1], bounding_box(points.positions), kernel, tolerance)
-    if series is None or series.terms > _MOST_TERMS:
+    if series is None or series.terms > MOST_TERMS:
         return None
     real: type[np.floating] = np.float32 if tolerance >= _SINGLE else np.float64
     kind = np.result_type(real, np.complex64)
