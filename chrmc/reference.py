@@ -14,6 +14,7 @@ from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 
 _BLOCK = 1 << 21  # complex values held at once
+_FEWEST = 1 << 15  # below which calls cost more than the values
 
 
 def resolve_passband(slm: SLM, footprint: str | None, passband: Passband | None) -> Passband:
@@ -67,7 +68,7 @@ def reference_samples(
     x, y = slm.x(columns).ravel(), slm.y(rows).ravel()
     field = np.zeros(x.size, dtype=np.complex128)
     half_x, half_y = reach(wavelength, band.fx_max), reach(wavelength, band.fy_max)
-    points = max(1, min(len(cloud), 64))
+    points = max(1, min(len(cloud), max(64, _FEWEST // max(1, x.size))))
     pixels = max(1, _BLOCK // points)
     for p0 in range(0, x.size, pixels):
         part = slice(p0, p0 + pixels)

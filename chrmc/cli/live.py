@@ -53,7 +53,7 @@ def command(
     the time asks for; the log names it beside the frame. At the end it says which rate was
     reached and what limited it.
     """
-    from chrmc.generation.make import grey_levels
+    from chrmc.generation.group import grey_levels
     from chrmc.generation.paced import pace_for, paced
     from chrmc.generation.recipe import recipe_for
     from chrmc.grey_levels import video_scale

@@ -68,7 +68,7 @@ def command(
     cases = read_recipe(recipe)
     with ExitStack() as stack:
         if workers is not None:
-            from chrmc.generation.cluster import local_cluster
+            from chrmc.generation.connection import local_cluster
 
             if scheduler is not None:
                 raise ValueError(

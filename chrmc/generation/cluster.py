@@ -7,10 +7,8 @@ and only numbers travel over the network.
 
 import errno
 import hashlib
-import logging
 import os
 import shutil
-import socket
 import sys
 from collections.abc import Generator, Iterator
 from concurrent.futures import CancelledError
@@ -24,20 +22,15 @@ from typing import Any
 from chrmc.cgh import method_named
 from chrmc.compensation import compensation_named
 from chrmc.files import NO_SPACE, replacing, still_there, sweep
-from chrmc.generation.make import groups_of, make_group
+from chrmc.generation.connection import connected, version
+from chrmc.generation.group import groups_of, make_group
 from chrmc.generation.recipe import Recipe
 from chrmc.python_file import MODULE_PREFIX, is_python_name
-from chrmc.ranges import Count
-from chrmc.store.video import MANIFEST, VideoWriter, ranges
-from chrmc.threads import THREADS
-from chrmc.threads import workers as cores
+from chrmc.store.video import MANIFEST, ranges
+from chrmc.store.writer import VideoWriter
 
 RECIPE = ".recipe.pickle"
-WORKERS = Count("workers", 1, 1024)
 ATTEMPTS = 3
-_CONNECT = 10  # seconds
-_TRIMMING = "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_"
-"""Dask sets this, and then every large array costs its worker new pages: see docs/scale.md."""
 
 
 def frames_on_cluster(
@@ -56,7 +49,7 @@ def frames_on_cluster(
     one line, when the others are finished.
     """
     folder = writer.folder.resolve()
-    with _recipe_file(recipe, folder) as digest, _client(workers, scheduler) as client:
+    with _recipe_file(recipe, folder) as digest, connected(workers, scheduler) as client:
         from distributed import wait
 
         tasks = {}
@@ -186,83 +179,6 @@ def _recipe_file(recipe: Recipe, folder: Path) -> Iterator[str]:
             sweep(folder)  # workers that were ended while they wrote
 
 
-@contextmanager
-def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
-    """A client of the running cluster, or of one on this machine that ends with it."""
-    try:
-        import dask
-        from distributed import Client, LocalCluster
-    except ImportError:
-        raise OSError("--workers and --scheduler need: pip install 'chrmc[cluster]'") from None
-    names = [n for n in logging.root.manager.loggerDict if n.split(".")[0] == "distributed"]
-    levels = {name: logging.getLogger(name).level for name in names}
-    for name in names:
-        logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # what matters is told in one line
-    try:
-        with dask.config.set({_TRIMMING: None}):
-            yield from _connected(Client, LocalCluster, workers, scheduler)
-    finally:
-        for name, level in levels.items():
-            logging.getLogger(name).setLevel(level)
-
-
-@contextmanager
-def local_cluster(workers: int) -> Iterator[str]:
-    """Address of a cluster of so many processes on this machine, which ends with the block."""
-    with _client(workers, None) as client:
-        yield client.scheduler.address
-
-
-def _connected(
-    Client: Any, LocalCluster: Any, workers: int | None, scheduler: str | None
-) -> Iterator[Any]:
-    if workers is not None and scheduler is not None:
-        raise ValueError("--workers starts a cluster, --scheduler uses a running one: give one")
-    if scheduler is not None:
-        _answers(scheduler)
-        client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
-        try:
-            if not client.scheduler_info()["workers"]:
-                raise OSError(f"{scheduler} has no workers: start some with `dask worker`")
-            for worker, found in client.run(version, on_error="return").items():
-                if found != version():
-                    told = found if isinstance(found, str) else "another version"
-                    raise OSError(f"{worker} has chrmc {told}, not {version()}: install the same")
-            yield client
-        finally:
-            client.close(timeout=_CONNECT)
-        return
-    count = WORKERS.of(workers)
-    # Each worker uses its share of the cores.
-    share = {THREADS: str(max(1, cores() // count))}
-    with (
-        LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address="127.0.0.1:0",
-            silence_logs=logging.CRITICAL,
-            env=share,
-            memory_limit=0,
-        ) as cluster,
-        Client(cluster, timeout=_CONNECT, set_as_default=False) as client,
-    ):
-        yield client
-
-
-def _answers(scheduler: str) -> None:
-    """OSError where nothing listens: dask itself goes on trying."""
-    from distributed.comm import get_address_host_port
-
-    try:
-        socket.create_connection(get_address_host_port(scheduler), _CONNECT).close()
-    except (OSError, ValueError, OverflowError) as error:
-        why = " ".join(str(getattr(error, "strerror", None) or error).split())
-        raise OSError(
-            f"no scheduler answers at {scheduler} ({why}): give tcp://HOST:PORT"
-        ) from None
-
-
 def _told(task: Any) -> str:
     """Why a task failed, in one line."""
     error = task.exception() if task.status == "error" else None
@@ -271,10 +187,3 @@ def _told(task: Any) -> str:
     if isinstance(error, OSError) and error.strerror is not None:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return " ".join(str(error).split())[:200] or type(error).__name__
-
-
-def version() -> str:
-    """Of chrmc, as client and workers compare it."""
-    from chrmc import __version__
-
-    return __version__

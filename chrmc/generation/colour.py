@@ -27,7 +27,8 @@ from chrmc.scene.scene import Scene, frame_range
 from chrmc.slm import SLM
 from chrmc.store.colour import Plan, lasers_of, read_plan, write_plan
 from chrmc.store.lock import writer_lock
-from chrmc.store.video import COLOUR, MANIFEST, existing_manifest, remove_video
+from chrmc.store.video import COLOUR, MANIFEST
+from chrmc.store.writer import existing_manifest, remove_video
 from chrmc.survey import Survey, surveys
 
 Response = GreyResponse | str | PathLike[str] | None

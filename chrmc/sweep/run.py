@@ -17,7 +17,8 @@ from chrmc.generation.make import make_video
 from chrmc.progress import progress
 from chrmc.scene.scene import Scene
 from chrmc.store.lock import writer_lock
-from chrmc.store.video import Video, open_video, remove_video
+from chrmc.store.video import Video, open_video
+from chrmc.store.writer import remove_video
 from chrmc.survey import spot_check
 from chrmc.sweep.case import Case
 from chrmc.sweep.table import Row, to_csv, to_text

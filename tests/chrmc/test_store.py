@@ -13,15 +13,10 @@ from chrmc.files import replacing, sha256, write_json
 from chrmc.pictures import read_grey, write_grey
 from chrmc.record import FrameRecord
 from chrmc.slm import SLM
-from chrmc.store.video import (
-    FORMAT,
-    MANIFEST,
-    GroupWriter,
-    VideoWriter,
-    open_video,
-    ranges,
-    remove_video,
-)
+from chrmc.store.group import GroupWriter
+from chrmc.store.manifest import FORMAT
+from chrmc.store.video import MANIFEST, open_video, ranges
+from chrmc.store.writer import VideoWriter, remove_video
 
 PANEL = SLM("test", 48, 31, 8e-6)
 

@@ -9,7 +9,9 @@ from chrmc import SLM, PointCloud, compute_field
 from chrmc.encoding import coding_for
 from chrmc.grey_levels import encode
 from chrmc.record import FrameRecord
-from chrmc.store.video import FORMAT, GroupWriter, VideoWriter
+from chrmc.store.group import GroupWriter
+from chrmc.store.manifest import FORMAT
+from chrmc.store.writer import VideoWriter
 
 P, LAMBDA = 8.1e-6, 532e-9
 SLM_ = SLM("small", 256, 256, P)

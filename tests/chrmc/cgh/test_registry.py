@@ -10,7 +10,8 @@ from chrmc import SLM, WAVELENGTH, PointCloud, compute_field
 from chrmc.bench import tradeoff
 from chrmc.cgh import METHODS, method_named
 from chrmc.encoding import coding_for
-from chrmc.generation.make import Recipe, grey_levels
+from chrmc.generation.group import grey_levels
+from chrmc.generation.recipe import Recipe
 from chrmc.scene.load import load_scene
 
 PANEL = SLM("small", 320, 200, 40e-6)

@@ -12,7 +12,7 @@ from chrmc import SLM, WAVELENGTH, load_scene
 from chrmc.cgh import curved
 from chrmc.cli.main import main
 from chrmc.encoding import coding_for
-from chrmc.generation.make import grey_levels
+from chrmc.generation.group import grey_levels
 from chrmc.generation.recipe import recipe_for
 from chrmc.grey_levels import encode, video_scale
 from chrmc.scene.point_scene import PointScene
