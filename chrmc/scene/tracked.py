@@ -159,7 +159,7 @@ def tracked(scene: RGBDScene) -> PointScene | None:
 
 
 def _packed(mask: NDArray[np.bool_]) -> bytes:
-    """A mask in less than a bit a point: of a body's points neighbours are seen together."""
+    """A mask in about a bit a point, or less: neighbours on a body are often seen together."""
     return zlib.compress(np.packbits(mask).tobytes(), 1)
 
 

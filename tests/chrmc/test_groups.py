@@ -21,7 +21,8 @@ COUNT = 8
 
 
 def driving_scene(count: int = COUNT) -> chrmc.PointScene:
-    """One body on an arc, whose points come and go, and one that stands still."""
+    """One body that goes to and fro on an arc, whose points come and go, and one that stands
+    still."""
     rng = np.random.default_rng(3)
     car, house = (
         chrmc.PointCloud(
@@ -29,7 +30,7 @@ def driving_scene(count: int = COUNT) -> chrmc.PointScene:
         )
         for _ in range(2)
     )
-    angles = 0.006 * np.arange(count)
+    angles = 0.006 * (7 - np.abs(np.arange(count) % 14 - 7))
     poses = [
         chrmc.Pose(rotation_y(a), np.array([2e-2 * np.sin(a), 1e-4, 0.24 + 2e-2 * np.cos(a)]))
         for a in angles

@@ -3,11 +3,13 @@
 import json
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info
 
 import chrmc
 from chrmc.scene.path import rotation_y
@@ -212,6 +214,39 @@ def test_representations_are_short(tmp_path: Path) -> None:
     assert chrmc.show_field(frame.field, PANEL)._repr_html_().count("data:image/png") == 2
     with pytest.raises(ValueError, match=r"\(H, W\)"):
         chrmc.show_field(np.zeros(5))
+
+
+def test_threads_of_one_program_get_what_one_gets(tmp_path: Path) -> None:
+    """Videos made, opened and encoded at once, and one that is refused while others are made."""
+    import display
+
+    scene = moving_scene()
+    options: dict[str, Any] = FAST | {"cgh": "curved", "compensation": "ch-rmc-object"}
+    threads = [pool["num_threads"] for pool in threadpool_info()]
+
+    def made(name: str) -> list[bytes]:
+        video = chrmc.generate(scene, tmp_path / name, **options)
+        frames = chrmc.video(scene, PANEL, compensation="none", coding="ssb")
+        levels = [display.encode(frame.field, PANEL) for frame in frames]
+        read = [chrmc.open_video(tmp_path / name).read(n) for n in video.numbers]
+        return [array.tobytes() for array in (*read, *levels)]
+
+    def refused(name: str) -> None:
+        with pytest.raises(RuntimeError, match="stops"):
+            chrmc.generate(
+                scene, tmp_path / name, **options | {"cgh": stops, "compensation": "none"}
+            )
+
+    def stops(*_: Any, **__: Any) -> Any:
+        raise RuntimeError("stops")
+
+    alone = made("alone")
+    with ThreadPoolExecutor(4) as pool:
+        others = [pool.submit(refused, f"refused{k}") for k in range(2)]
+        for found in list(pool.map(made, ["a", "b", "c"])):
+            assert found == alone
+        assert all(other.result() is None for other in others)
+    assert [pool["num_threads"] for pool in threadpool_info()] == threads
 
 
 def test_a_field_is_exported_whole(tmp_path: Path) -> None:
