@@ -43,7 +43,12 @@ class Desktop:
         self._x, self._failure = X, error.XError
         try:
             self._display = display.Display()
-        except (error.DisplayError, error.XauthError, OSError) as problem:
+        except (
+            error.DisplayError,
+            error.XauthError,
+            error.ConnectionClosedError,
+            OSError,
+        ) as problem:
             raise OSError(f"no connection to the X server: {problem}") from problem
         self._root = self._display.screen().root
         self.turn = threading.RLock()

@@ -163,9 +163,10 @@ class Layout:
         imgui.invisible_button("wipe", ImVec2(em, size[1]))
         if imgui.is_item_hovered() or imgui.is_item_active():
             imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
-        if imgui.is_item_active():
-            model.wipe = float(np.clip(model.wipe + imgui.get_io().mouse_delta.x / size[0], 0, 1))
         origin = self.panes[0].origin
+        if imgui.is_item_active():
+            at = imgui.get_io().mouse_pos.x - origin[0]
+            model.wipe = float(np.clip(at / size[0], 0, 1))
         x = origin[0] + model.wipe * size[0]
         drawn = imgui.get_window_draw_list()
         a, b = ImVec2(x, origin[1]), ImVec2(x, origin[1] + size[1])

@@ -134,10 +134,10 @@ def start_server(command: list[str], log: Path) -> tuple[XServer, subprocess.Pop
 
     Low numbers are what every server takes first, and clients ask the abstract socket first, which
     file systems share: without one of its own, a server with such a number in a chroot would never
-    be asked.
+    be asked. Nor does it start anew when its last client leaves: the next would meet it halfway.
     """
     free = f":{random.randrange(1000, 50_000)}"
-    command = [*command, free, "-nolisten", "tcp", "-nolisten", "local"]
+    command = [*command, free, "-nolisten", "tcp", "-nolisten", "local", "-noreset"]
     read, write = os.pipe()
     with log.open("wb") as output:
         server = subprocess.Popen(

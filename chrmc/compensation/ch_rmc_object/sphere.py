@@ -238,22 +238,28 @@ class Sphere:
         for number, s in enumerate(self.grid.layers):
             if len(tile.rests) <= number:
                 tile.rests.append(self._rest(tile, float(1 / s)))
+        batches = batches_of(self._part[index])
+        tasks = [(layer, runs) for runs in batches for layer in range(len(self.grid.layers))]
+        waiting: dict[int, NDArray[np.complexfloating]] = {}
+        due = 0
         lock = Lock()
 
-        def add_some(work: tuple[int, list[slice]]) -> None:
-            layer, runs = work
+        def add_some(number: int) -> None:
+            nonlocal due
+            layer, runs = tasks[number]
             some = np.concatenate([np.arange(run.start, run.stop) for run in runs])
             total = self._sum(tile, layer, index[some], sign[some], runs)
-            where = self._part[index[[run.start for run in runs]]]
             with lock:
-                for part, one in zip(where.tolist(), total, strict=True):
-                    self._values[part, layer, tile.beta, tile.alpha] += one
+                # In the tasks' order, whichever is done first: the last bits depend on it.
+                waiting[number] = total
+                while due in waiting:
+                    layer, runs = tasks[due]
+                    where = self._part[index[[run.start for run in runs]]]
+                    for part, one in zip(where.tolist(), waiting.pop(due), strict=True):
+                        self._values[part, layer, tile.beta, tile.alpha] += one
+                    due += 1
 
-        batches = batches_of(self._part[index])
-        in_parallel(
-            add_some,
-            [(layer, runs) for runs in batches for layer in range(len(self.grid.layers))],
-        )
+        in_parallel(add_some, range(len(tasks)))
 
     def _sum(
         self, tile: _Tile, layer: int, index: NDArray[np.intp], sign: Floats, runs: list[slice]

@@ -14,6 +14,7 @@ from chrmc.compensation.ch_rmc_object.transforms import transformed_tile
 from chrmc.encoding import coding_for
 from chrmc.reference import relative_error
 from chrmc.scene.scene import ObjectFrame, Pose
+from chrmc.threads import THREADS
 from chrmc.window import Window
 
 SMALL = SLM("a quarter of the paper's", 320, 200, 16e-6)
@@ -230,3 +231,25 @@ def test_transforms_give_the_sum_of_many_points_in_a_tile_of_directions(
     turns = (far - 0.25) / WAVELENGTH + points.phase / (2 * np.pi)
     truth = np.sum(points.amplitude * 0.25 / far * np.exp(2j * np.pi * turns), axis=1)
     assert relative_error(got[rows, columns], truth) <= 2 * missed <= 4 * tolerance
+
+
+def test_the_last_bits_do_not_depend_on_which_thread_is_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    points = body(7000, (4e-4, 3e-4, 2e-4))
+    frame = seen(points, [0, 0, 0], [0, 0, 0.2])
+    window = Window.full(SMALL)
+    plane = plane_of(SMALL, WAVELENGTH, window, coding_for("ssb", SMALL).passband)
+    plan = plan_of(frame, SMALL, 1e-3)
+    x, y = (reading.places for reading in plan.readings)
+    read = []
+    for threads in ("1", "2", "4", "4"):
+        monkeypatch.setenv(THREADS, threads)
+        assert frame.pose is not None
+        group = Group(
+            plan, outline_of(points), [frame.pose], (1, 1, 1), lines_of(SMALL, window), plane, 1e-3
+        )
+        every = np.ones(len(points), dtype=bool)
+        read.append(group._plain(frame.pose, plan.wave.reference, x, y, every))
+    for other in read[1:]:
+        assert np.array_equal(read[0], other)

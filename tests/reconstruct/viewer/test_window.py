@@ -66,7 +66,7 @@ def display(tmp_path_factory):
     read, write = os.pipe()
     command = [program("Xvfb", "xvfb"), "-screen", "0", "1600x950x24"]
     free = f":{random.randrange(50_000, 59_000)}"  # also in a chroot: see tests/display/conftest.py
-    command += [free, "-nolisten", "tcp", "-nolisten", "local"]
+    command += [free, "-nolisten", "tcp", "-nolisten", "local", "-noreset"]
     with log.open("wb") as output:
         server = subprocess.Popen(
             [*command, "-displayfd", str(write)], pass_fds=[write], stdout=output, stderr=output
@@ -365,8 +365,9 @@ def test_two_videos_beside_each_other_and_a_bad_frame_between(start, video, tmp_
     (other / "frame_0002.tif").unlink()
     viewer = start(video, other)
     assert viewer.state["compared"] == "side by side"
+    beside = viewer.state["size"][0]
     viewer.key("w")
-    viewer.until(lambda s: s["compared"] == "wipe" and s["resting"])
+    viewer.until(lambda s: s["compared"] == "wipe" and s["resting"] and s["size"][0] > 1.5 * beside)
     (left, top), (wide, tall) = viewer.state["origin"], viewer.state["size"]
     middle = round(left + wide / 2), round(top + tall / 2)
     viewer.hands("mousemove", *middle, "sleep", "0.2", "mousedown", 1, "sleep", "0.2")
