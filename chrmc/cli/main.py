@@ -93,7 +93,7 @@ def hidden_package() -> str | None:
 def in_words(error: OSError) -> str:
     """What the system refused, without its number; other messages as they are."""
     if error.strerror is None:
-        return str(error)
+        return str(error) or f"{type(error).__name__} without a word of its own"
     if error.filename is None:
         return error.strerror
     if isinstance(error, FileExistsError):

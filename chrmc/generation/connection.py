@@ -3,7 +3,7 @@
 import logging
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from chrmc.ranges import Count
@@ -12,6 +12,8 @@ from chrmc.threads import workers as cores
 
 WORKERS = Count("workers", 1, 1024)
 _CONNECT = 10  # seconds
+_START = 120  # seconds, for processes of this machine: it may be busy
+_PATIENCE = {f"distributed.comm.timeouts.{name}": f"{_START}s" for name in ("connect", "tcp")}
 _TRIMMING = "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_"
 """Dask sets this, and then every large array costs its worker new pages: see docs/scale.md."""
 
@@ -29,7 +31,7 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     for name in names:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # what matters is told in one line
     try:
-        with dask.config.set({_TRIMMING: None}):
+        with dask.config.set({_TRIMMING: None} | (_PATIENCE if scheduler is None else {})):
             yield from _clients(Client, LocalCluster, workers, scheduler)
     finally:
         for name, level in levels.items():
@@ -65,18 +67,25 @@ def _clients(
     count = WORKERS.of(workers)
     # Each worker uses its share of the cores.
     share = {THREADS: str(max(1, cores() // count))}
-    with (
-        LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address="127.0.0.1:0",
-            silence_logs=logging.CRITICAL,
-            env=share,
-            memory_limit=0,
-        ) as cluster,
-        Client(cluster, timeout=_CONNECT, set_as_default=False) as client,
-    ):
+    with ExitStack() as started:
+        try:
+            cluster = started.enter_context(
+                LocalCluster(
+                    n_workers=count,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address="127.0.0.1:0",
+                    silence_logs=logging.CRITICAL,
+                    env=share,
+                    memory_limit=0,
+                )
+            )
+            client = started.enter_context(Client(cluster, timeout=_START, set_as_default=False))
+        except TimeoutError:
+            raise OSError(
+                f"{count} processes did not start in {_START} s: the machine is too busy; the same "
+                "command goes on"
+            ) from None
         yield client
 
 
