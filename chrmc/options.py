@@ -24,12 +24,17 @@ def check_options(
     function: Callable[..., Any],
     options: Mapping[str, Any],
     elsewhere: Callable[[str], Sequence[str]] = lambda option: (),
+    handed_to: Callable[..., Any] | None = None,
 ) -> None:
     """ValueError for an option that a method does not take.
 
     elsewhere : option to the names of methods that have it
+    handed_to : the method that gets what this one hands on
     """
     names, others = option_names(function)
+    if others and handed_to is not None:
+        more, others = option_names(handed_to)
+        names += [name for name in more if name not in names]
     unknown = [] if others else sorted(set(options) - set(names))
     if unknown:
         takes = f"it takes {', '.join(names)}" if names else "it takes none"

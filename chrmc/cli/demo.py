@@ -49,6 +49,7 @@ def command(
     from chrmc.files import replacing
     from chrmc.generation.colour import make_in_light
     from chrmc.scene.load import load_scene
+    from chrmc.scene.origin import origin_of
     from chrmc.slm import LC_R_1080
     from chrmc.store.colour import open_video
     from chrmc.store.summary import summary
@@ -56,10 +57,11 @@ def command(
     folder = out / "video"
     finest = min(wavelength) if isinstance(wavelength, tuple) else wavelength
     given = load_scene(chosen or scene, form=form, wavelength=finest)
+    choices = methods | {"source": origin_of((chosen or scene,), form, {}, given)}
 
     heading("1. Holograms")
     made = make_in_light(
-        given, LC_R_1080, wavelength, methods, folder, force=force, tell=click.echo
+        given, LC_R_1080, wavelength, choices, folder, force=force, tell=click.echo
     )
     video = open_video(folder)
     several = len(video.channels) > 1

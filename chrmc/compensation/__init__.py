@@ -130,7 +130,8 @@ def chosen(
         all_options.setdefault("tolerance", tolerance)
     elif "tolerance" in option_names(method_named(cgh).field)[0]:
         all_options.setdefault("tolerance", DEFAULT_TOLERANCE)
-    check_options(f"compensation {label(compensation)}", video_method, all_options, _having)
+    kind = f"compensation {label(compensation)}"
+    check_options(kind, video_method, all_options, _having, method_named(cgh).field)
     return cgh, compensation, all_options
 
 

@@ -9,6 +9,7 @@ import chrmc
 from chrmc import SLM, WAVELENGTH, PointCloud, compute_field
 from chrmc.bench import tradeoff
 from chrmc.cgh import METHODS, method_named
+from chrmc.compensation import chosen
 from chrmc.encoding import coding_for
 from chrmc.generation.group import grey_levels
 from chrmc.generation.recipe import Recipe
@@ -159,3 +160,9 @@ def test_both_surfaces_are_names_and_ch_rmc_stays_for_either() -> None:
     assert np.array_equal(first("ch-rmc", surface="paper"), paper)
     with pytest.raises(ValueError, match="unknown surface 'flat': choose one of object, paper"):
         first("ch-rmc", surface="flat")
+
+
+def test_an_option_of_neither_method_is_answered_with_those_of_both() -> None:
+    with pytest.raises(ValueError, match=r"radus.*mean radius.*radius.*planes, guard"):
+        chosen("wrp", "ch-rmc-paper", options={"radus": 0.1})
+    assert chosen("wrp", "ch-rmc-paper", options={"planes": 2})[2] == {"planes": 2}
