@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.light_map import LightMap
-from reconstruct.focus import Cells
+from reconstruct.focus import Cells, refine_peak
+from reconstruct.jackknife import standard_error
 
 STRETCHES = np.linspace(-2.0, 4.0, 61)
 """Factors of the relief that are tried."""
@@ -32,7 +33,6 @@ SHALLOW = 0.1
 """Least relief, as a standard deviation over the larger depth of focus, of which a factor can be
 told: that of a car of 0.14 mm at 250 mm is 0.2."""
 _REACH = 10  # stretches to each side of the peak that a parabola is laid through
-_BLOCKS = 4  # of a picture's side, left out one after the other
 FEW_CELLS = 6
 """Objects of fewer lit cells have no shape to judge."""
 CLEAR = 0.2
@@ -51,6 +51,7 @@ class Likeness:
     lateral_error : (x, y) metres by which that is largest elsewhere
     slices : (depth in metres, correlation) of the light that is sharp there, nearest first
     depth_error : metres by which the cells together are sharpest elsewhere; NaN for no peak
+    depth_scatter : its standard error, metres; infinite where the cells tell no depth
     sharpness : height of that peak over the curve's median, in standard errors
     relief : stretch in depth at which the cells are sharpest; NaN where nothing can be told
     relief_error : its standard error
@@ -61,6 +62,7 @@ class Likeness:
     lateral_error: tuple[float, float]
     slices: tuple[tuple[float, float], ...]
     depth_error: float
+    depth_scatter: float
     sharpness: float
     relief: float
     relief_error: float
@@ -89,6 +91,7 @@ class Likeness:
             "picture": self.picture,
             "slices": [list(pair) for pair in self.slices],
             "depth_error": self.depth_error,
+            "depth_scatter": self.depth_scatter,
             "sharpness": self.sharpness,
             "relief": self.relief,
             "relief_error": self.relief_error,
@@ -114,12 +117,15 @@ def compare(cells: Cells, expected: LightMap, depth_of_focus: float) -> Likeness
         _peak(sharp, cells.depths, middle + g * relief, weight, offsets)
         for g in (1.0, 0.0, -1.0, 2.0)
     ]
-    error, height, _ = max(tries[: 4 if clear and relief.any() else 1], key=lambda t: t[2])
+    best = max(tries[: 4 if clear and relief.any() else 1], key=lambda t: t.value)
+    error, height = best.offset, best.height
     shift = error if clear and np.isfinite(error) and height >= SHARP else 0.0
     found = at_depths(cells.light, cells.depths, expected.depth + shift)
     factor, scatter = float("nan"), float("inf")
     # Cells that hardly tell the depth (see `outline`) do not tell the relief.
-    deep = sqrt(float((light * relief**2).sum())) > SHALLOW * depth_of_focus
+    # Nor do cells that each hold more depths than lie between them, as two turns of a helix.
+    between, within = (sqrt(float((light * v**2).sum())) for v in (relief, expected.spread))
+    deep = between > max(SHALLOW * depth_of_focus, within)
     if clear and deep and height >= 2 * SHARP:
         factor, scatter = _stretch(sharp, cells.depths, middle + shift, relief, weight)
     return Likeness(
@@ -128,6 +134,7 @@ def compare(cells: Cells, expected: LightMap, depth_of_focus: float) -> Likeness
         lateral_shift(found, light, expected.cell),
         _slices(cells, expected, depth_of_focus),
         error,
+        best.scatter if clear else float("inf"),
         height if clear else 0.0,
         factor,
         scatter,
@@ -202,26 +209,37 @@ def _mean(values: NDArray[np.float64], weight: NDArray[np.float64]) -> float:
     return float((values * weight).sum() / weight.sum())
 
 
+@dataclass(frozen=True, eq=False)
+class _Peak:
+    """Of the cells' mean sharpness against an offset in depth: its place (NaN for none), its
+    standard error, height over the median in standard errors, and value."""
+
+    offset: float
+    scatter: float
+    height: float
+    value: float
+
+
 def _peak(
     sharp: NDArray[np.float64],
     depths: NDArray[np.float64],
     expected: NDArray[np.float64],
     weight: NDArray[np.float64],
     offsets: NDArray[np.float64],
-) -> tuple[float, float, float]:
-    """Offset of the peak of the cells' mean sharpness, its height over the median in standard
-    errors, and its value; no peak at the range's ends."""
-    curve = np.array([_mean(at_depths(sharp, depths, expected + o), weight) for o in offsets])
+) -> _Peak:
+    """No peak at the range's ends."""
+    share = weight / weight.sum()
+    per_cell = np.array([share * at_depths(sharp, depths, expected + o) for o in offsets])
+    curve = per_cell.sum(axis=(1, 2))
     top = int(curve.argmax())
-    if top in (0, len(curve) - 1):
-        return float("nan"), 0.0, 0.0
-    a, b, c = curve[top - 1 : top + 2]
-    bend = a - 2 * b + c
-    move = 0.5 * (a - c) / bend if bend < 0 else 0.0
-    there = at_depths(sharp, depths, expected + offsets[top])
-    error = sqrt(float((weight**2 * (there - b) ** 2).sum())) / float(weight.sum())
-    height = (b - float(np.median(curve))) / error if error > 0 else 0.0
-    return float(offsets[top] + move * (offsets[1] - offsets[0])), float(height), float(b)
+    offset = refine_peak(offsets, curve)
+    if not np.isfinite(offset):
+        return _Peak(offset, float("inf"), 0.0, 0.0)
+    value = float(curve[top])
+    error = sqrt(float(((per_cell[top] - share * value) ** 2).sum()))
+    height = (value - float(np.median(curve))) / error if error > 0 else 0.0
+    scatter = standard_error(per_cell, weight > 0, lambda c: refine_peak(offsets, c))
+    return _Peak(offset, scatter, float(height), value)
 
 
 def _stretch(
@@ -247,13 +265,8 @@ def _stretch(
     g = STRETCHES[part] - STRETCHES[int(curve.argmax())]
     slopes = np.polyfit(g, per_cell[part].reshape(len(g), -1), 2)[1]
     scatter = sqrt(float(((slopes - slopes.mean()) ** 2).sum())) / abs(2 * bend)
-    row, column = (_BLOCKS * np.arange(n) // n for n in relief.shape)
-    block = row[:, None] * _BLOCKS + column
-    kept = [curve - per_cell[:, block == k].sum(axis=1) for k in np.unique(block[weight > 0])]
-    others = np.array([_top(c)[0] for c in kept])
-    n = len(others)
-    jackknife = sqrt((n - 1) / n * float(((others - others.mean()) ** 2).sum()))
-    return factor, max(scatter, jackknife) if n > 1 else float("inf")
+    jackknife = standard_error(per_cell, weight > 0, lambda c: _top(c)[0])
+    return factor, max(scatter, jackknife)
 
 
 def _top(curve: NDArray[np.float64]) -> tuple[float, float, slice]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from chrmc.light_map import LightMap
 from reconstruct.focus import peak_middle
+from reconstruct.jackknife import standard_error
 from reconstruct.likeness import at_depths
 from reconstruct.stack import FocalStack
 
@@ -19,8 +20,11 @@ GRAINS = 3.0
 """Of speckle, that the picture is smoothed over: less leaves speckle, more blurs the outlines."""
 
 
-def outline_error(stack: FocalStack, expected: LightMap, parts: int, grain: float) -> float:
-    """Metres by which outlines and texture are sharpest behind the scene's depths; NaN for no peak.
+def outline_error(
+    stack: FocalStack, expected: LightMap, parts: int, grain: float
+) -> tuple[float, float]:
+    """Metres by which outlines and texture are sharpest behind the scene's depths, NaN for no peak;
+    and the standard error of that.
 
     stack : of the map's patch, `parts` samples to each side of a cell
     grain : size of a speckle, samples
@@ -28,8 +32,13 @@ def outline_error(stack: FocalStack, expected: LightMap, parts: int, grain: floa
     slopes = np.array([_slopes(plane, parts, GRAINS * grain) for plane in stack.intensity])
     offsets = stack.depths - stack.depths[len(stack.depths) // 2]
     lit = expected.light > 0
-    curve = [at_depths(slopes, stack.depths, expected.depth + o)[lit].sum() for o in offsets]
-    return peak_middle(offsets, np.array(curve))
+    per_cell = np.array(
+        [at_depths(slopes, stack.depths, expected.depth + o) * lit for o in offsets]
+    )
+    return (
+        peak_middle(offsets, per_cell.sum(axis=(1, 2))),
+        standard_error(per_cell, lit, lambda curve: peak_middle(offsets, curve)),
+    )
 
 
 def _slopes(plane: NDArray[np.floating], parts: int, sigma: float) -> NDArray[np.float64]:

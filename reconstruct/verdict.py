@@ -195,6 +195,7 @@ def judge_object(
     fine = float(np.mean(resolution(system.slm, system.wavelength, z, system.band)))
     coarse = search_scale(target, system)[0]
     focus = find_focus(stack, tile, lit_by, max(1.0, fine / stack.patch.pitch))
+    limit = max(DEPTH_TOLERANCE, coarse / 2) if depth_tolerance is None else depth_tolerance
     shape, share, cell = None, None, 0.0
     if target.light is not None:
         cell = target.light.cell
@@ -202,14 +203,17 @@ def judge_object(
         seen = dimmed(target.light, brightness_at(stack, lit_by, stack.index(z)))
         cells = cells_of(stack, parts)
         shape = compare(cells, seen, coarse)
-        off = float("nan")
-        # Speckle has peaks of its own, up to twice what counts as a focus.
+        off, scatter = float("nan"), float("inf")
+        # Speckle has peaks of its own, up to twice what counts as a focus; and cells with light at
+        # two depths have two peaks.
         unclear = focus.method == "region" or 0 < shape.sharpness < 2 * SHARP
+        unclear |= 2 * shape.depth_scatter > limit
         if unclear and shape.told and shape.picture >= ALIKE:
-            off = outline_error(stack, seen, parts, max(1.0, fine / stack.patch.pitch))
-        if np.isfinite(off):
+            off, scatter = outline_error(stack, seen, parts, max(1.0, fine / stack.patch.pitch))
+        # Whichever of the two tells the depth more surely, by its own standard error.
+        if np.isfinite(off) and scatter <= shape.depth_scatter:
             focus = replace(focus, depth=z + off, focused=True, method="outlines")
-        elif shape.sharpness >= SHARP:
+        elif shape.sharpness >= SHARP or np.isfinite(off):
             focus = replace(focus, depth=z + shape.depth_error, focused=True, method="cells")
     depth_error = focus.depth - z
     if shape is not None and total > 0:
@@ -224,9 +228,7 @@ def judge_object(
         focus,
         depth_error,
         lateral,
-        depth_tolerance=max(DEPTH_TOLERANCE, coarse / 2) + 2 * focus.error
-        if depth_tolerance is None
-        else depth_tolerance,
+        depth_tolerance=limit + (2 * focus.error if depth_tolerance is None else 0.0),
         lateral_tolerance=max(pixel_pitch, fine, cell / 8)
         if lateral_tolerance is None
         else lateral_tolerance,
