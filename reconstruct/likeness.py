@@ -98,10 +98,13 @@ class Likeness:
         }
 
 
-def compare(cells: Cells, expected: LightMap, depth_of_focus: float) -> Likeness:
+def compare(
+    cells: Cells, expected: LightMap, depth_of_focus: float, finer: float | None = None
+) -> Likeness:
     """Compare a stack's cells (on the map's own grid) with the map.
 
     depth_of_focus : metres, of the coarser axis; slices are no thinner
+    finer : metres, of the finer axis; default the same
     """
     light = expected.light
     middle = float((light * expected.depth).sum())
@@ -123,11 +126,13 @@ def compare(cells: Cells, expected: LightMap, depth_of_focus: float) -> Likeness
     found = at_depths(cells.light, cells.depths, expected.depth + shift)
     factor, scatter = float("nan"), float("inf")
     # Cells that hardly tell the depth (see `outline`) do not tell the relief.
-    # Nor do cells that each hold more depths than lie between them, as two turns of a helix.
-    between, within = (sqrt(float((light * v**2).sum())) for v in (relief, expected.spread))
-    deep = between > max(SHALLOW * depth_of_focus, within)
-    if clear and deep and height >= 2 * SHARP:
-        factor, scatter = _stretch(sharp, cells.depths, middle + shift, relief, weight)
+    deep = sqrt(float((light * relief**2).sum())) > SHALLOW * depth_of_focus
+    # Nor do cells that hold two turns of a helix: what counts are cells within a depth of focus,
+    # and they must differ among themselves by more than they hold.
+    flat = light / (1 + (2 * expected.spread / (finer or depth_of_focus)) ** 2)
+    parted = float((flat * (relief**2 - expected.spread**2)).sum()) > 0
+    if clear and deep and parted and height >= 2 * SHARP:
+        factor, scatter = _stretch(sharp, cells.depths, middle + shift, relief, flat)
     return Likeness(
         told,
         correlation(found, light),

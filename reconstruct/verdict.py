@@ -193,7 +193,7 @@ def judge_object(
     ends = (float(stack.depths[0]), float(stack.depths[-1]))
     lit_by = brightness(stack.patch, system.slm, system.wavelength, ends, system.band)
     fine = float(np.mean(resolution(system.slm, system.wavelength, z, system.band)))
-    coarse = search_scale(target, system)[0]
+    coarse, finer = search_scale(target, system)
     focus = find_focus(stack, tile, lit_by, max(1.0, fine / stack.patch.pitch))
     limit = max(DEPTH_TOLERANCE, coarse / 2) if depth_tolerance is None else depth_tolerance
     shape, share, cell = None, None, 0.0
@@ -202,7 +202,7 @@ def judge_object(
         # What the panel does not show of a cell is no fault of the picture: less is expected there.
         seen = dimmed(target.light, brightness_at(stack, lit_by, stack.index(z)))
         cells = cells_of(stack, parts)
-        shape = compare(cells, seen, coarse)
+        shape = compare(cells, seen, coarse, finer)
         off, scatter = float("nan"), float("inf")
         # Speckle has peaks of its own, up to twice what counts as a focus; and cells with light at
         # two depths have two peaks.
