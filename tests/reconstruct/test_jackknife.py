@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 
+import confusion
 import numpy as np
 import pytest
 
 from reconstruct.focus import refine_peak
 from reconstruct.jackknife import standard_error
 from reconstruct.verdict import Target, judge_frame
-from tests.reconstruct import confusion
 
 PLACES = np.linspace(-1, 1, 81)
 
