@@ -1,8 +1,10 @@
 """Standard errors of depths, and which depth counts by them."""
 
+import runpy
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
-import confusion
 import numpy as np
 import pytest
 
@@ -10,6 +12,8 @@ from reconstruct.focus import refine_peak
 from reconstruct.jackknife import standard_error
 from reconstruct.verdict import Target, judge_frame
 
+TRIAL = Path(__file__).with_name("confusion.py")
+confusion = SimpleNamespace(**runpy.run_path(str(TRIAL)))
 PLACES = np.linspace(-1, 1, 81)
 
 
