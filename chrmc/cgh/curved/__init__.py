@@ -57,6 +57,8 @@ from chrmc.window import Window
 TOLERANCES = (1e-6, 1e-1)
 """Smallest and largest relative L2 error that can be asked for."""
 
+_MUCH, _HARDLY = 0.1, 0.5  # closer nodes, of the aim before; an error all but as large as before
+
 
 def check_tolerance(tolerance: float) -> float:
     """Itself, or ValueError outside TOLERANCES."""
@@ -129,7 +131,7 @@ def low_rank(
     plane = replace(plane, points=len(cloud))
     # The largest first, so that the others fit beside it.
     parts = sorted(clusters.split(cloud, plane), key=len, reverse=True)
-    aim = tolerance
+    aim, before, closer = tolerance, np.inf, 1.0
     for _ in range(4):
         summed = in_parallel(partial(make_factor, targets=lines, plane=plane, tolerance=aim), parts)
         factors = [factor for factor, _ in summed]
@@ -144,7 +146,10 @@ def low_rank(
                 return LowRank(factors, parts, Budget(error**2 * budget.light, budget.light))
         if least > allowed or not np.isfinite(error):
             break  # as where waves all but cancel: denser nodes would not mend it
-        aim *= max(0.7 * allowed / error, 1e-3)
+        if closer < _MUCH and error > _HARDLY * before:
+            break  # nor do they where they did not so far, and the next would take minutes
+        before, closer = error, max(0.7 * allowed / error, 1e-3)
+        aim *= closer
     raise ValueError(
         f"the curved method cannot promise a tolerance of {tolerance:g} here: it expects an error "
         f"of {error:.3g}, as where waves all but cancel; allow "

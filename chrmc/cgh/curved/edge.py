@@ -244,7 +244,7 @@ def readings_of(
     strength = scale * (cloud.amplitude * reference.modulus(cloud.positions[:, 2])) ** 2
     chosen, weight = sample_points(strength, cloud.positions)
     points = cloud.positions[chosen].T
-    spots = [spots_of(axis, len(chosen)) for axis in axes]
+    spots = [spots_of(axes[i], points[i], plane.reach[i] * points[2]) for i in range(2)]
     light = [np.zeros(0)] * 2
     wave = Wave(reference, plane.wavelength, plane.reach)
     tried = [waves_along(wave, i, points, spots[1 - i]) for i in range(2)]

@@ -167,7 +167,7 @@ def expected_error(
     strength = (cloud.amplitude * reference.modulus(cloud.positions[:, 2])) ** 2
     chosen, weight = sample_points(strength, cloud.positions)
     points = cloud.positions[chosen].T
-    spots = [spots_of(axis, len(chosen)) for axis in axes]
+    spots = [spots_of(axes[i], points[i], wave.reach[i] * points[2]) for i in range(2)]
     # Near the axis the rest varies too slowly along one axis to matter for many nodes.
     steep = np.abs(np.array(spots) - points[:2]) / points[2] > 0.05
     aslant = min(len(axis.nodes) for axis in axes) < 16 or bool(steep.any())
@@ -186,9 +186,14 @@ def expected_error(
     return float(weight @ error), float(weight @ rounding)
 
 
-def spots_of(axis: Axis, count: int) -> Floats:
-    """(count,) the first, middle and last node by turns, for points to be looked at across."""
-    return np.resize(axis.nodes[[0, len(axis.nodes) // 2, -1]], count)
+def spots_of(axis: Axis, points: Floats, half: Floats) -> Floats:
+    """(N,) the first, middle and last node by turns, for points to be looked at across.
+
+    half : of the points' footprints, outside which a point has no light, and waves are too steep
+        for the nodes
+    """
+    ends = np.resize(axis.nodes[[0, len(axis.nodes) // 2, -1]], len(points))
+    return np.clip(ends, points - half, points + half)
 
 
 def sample_points(strength: Floats, positions: Floats) -> tuple[NDArray[np.intp], Floats]:
