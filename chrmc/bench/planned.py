@@ -231,7 +231,7 @@ class _Kept:
 def _error(recipe: Recipe, frame: VideoFrame) -> float:
     slm = recipe.slm
     random = np.random.default_rng(0)
-    pixels = max(24, min(_PIXELS, 10_000_000 // max(1, len(frame.shown))))
+    pixels = max(100, min(_PIXELS, 10_000_000 // max(1, len(frame.shown))))  # fewer tell little
     at = random.integers(0, slm.height, pixels), random.integers(0, slm.width, pixels)
     truth = reference_samples(
         frame.shown, slm, recipe.wavelength, *at, passband=recipe.coding.passband

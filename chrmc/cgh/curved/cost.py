@@ -67,7 +67,7 @@ def cost_of(
     ordered = sorted(parts, key=len)
     tried = [ordered[i] for i in sorted(set(np.linspace(0, len(parts) - 1, _TRIED).astype(int)))]
     total = OperationCounts(
-        phasors=_WAVE * waves_looked_at(len(cloud)),
+        phasors=_WAVE * waves_looked_at(len(cloud), tolerance),
         bytes=8.0 * pixels,
         calls=_HOLOGRAM,
         memory=12.0 * pixels + 80.0 * len(cloud),

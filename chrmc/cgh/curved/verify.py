@@ -7,7 +7,7 @@ coherent lattices, at grazing footprints, and where waves cancel, only a look at
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
-from math import hypot, sqrt
+from math import hypot, log10, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,9 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 _LINES = 28  # rows, and columns, of the lattice that pixels are drawn from, about
-_LEAST = 4  # of them in each run of an axis: edges are narrow
-_PIXELS = (4, 128)  # that are drawn: few where points are many
+_LEAST = 6  # of them in each run of an axis: edges are narrow
+_MOST = 128  # pixels that are drawn: few where points are many
+_FOR_DIGIT = 2  # of them at least for each digit asked for: such frames take longer
 _WAVES = 20_000  # points times pixels, about
 _MORE = 4  # times as many pixels, where few leave it open
 _OPEN = 0.75  # of the tolerance: where it is left open; so it is at twice what was expected
@@ -33,13 +34,14 @@ SURE = 0.9
 """Share of the tolerance up to which the error on some pixels is taken as kept on all."""
 
 
-def _pixels_for(points: int) -> int:
-    return int(np.clip(_WAVES // max(points, 1), *_PIXELS))
+def _pixels_for(points: int, tolerance: float) -> int:
+    least = max(4, round(-_FOR_DIGIT * log10(tolerance)))
+    return int(np.clip(_WAVES // max(points, 1), least, _MOST))
 
 
-def waves_looked_at(points: int) -> int:
+def waves_looked_at(points: int, tolerance: float) -> int:
     """Waves that a look takes, where its first pixels settle it."""
-    return points * _pixels_for(points)
+    return points * _pixels_for(points, tolerance)
 
 
 class Lattice:
@@ -68,17 +70,19 @@ class Lattice:
         tolerance: float,
         expected: float,
     ) -> float:
-        """Relative L2 error, estimated on crossings drawn half by their light, half evenly.
+        """Relative L2 error, estimated on crossings drawn by their light and evenly.
 
         exact : x, y (K,) → the truth there; points : how many waves that takes each
         expected : what was worked out beforehand; more pixels are drawn where few contradict it
         """
         total = float(self.power.sum())
-        chance = 0.5 * self.weight / self.weight.sum()
+        # A quarter evenly from the crossings, many of which are at ends of runs: few pixels, whose
+        # error may be ten times that of the others.
+        chance = 0.25 * self.weight / self.weight.sum() + 0.25 / self.weight.size
         chance += 0.5 * self.power / total if total > 0 else chance
         cumulative = np.cumsum(chance.ravel())
         random = np.random.default_rng(0)
-        count = _pixels_for(points)
+        count = _pixels_for(points, tolerance)
         squares = np.zeros(0)
         for more in (count, (_MORE - 1) * count):
             # Even steps through them: less left to luck than independent draws.
@@ -202,10 +206,16 @@ def _picked(axes: Sequence[Axis], random: np.random.Generator) -> tuple[NDArray[
     for start, stop in lit:
         size = stop - start
         count = min(size, max(_LEAST, round(_LINES * size / total)))
-        place = start + (np.arange(count) + random.random(count)) / count * size
-        place[0], place[-1] = start, stop - 1  # where interpolation is at its worst
-        picks.append(np.minimum(place.astype(np.intp), stop - 1))
-        weights.append(np.full(count, size / count))
+        if count == size:
+            picks.append(np.arange(start, stop))
+            weights.append(np.ones(size))
+            continue
+        # The two ends, where interpolation is at its worst, stand for themselves.
+        inner = count - 2
+        place = start + 1 + (np.arange(inner) + random.random(inner)) / inner * (size - 2)
+        inside = np.minimum(place.astype(np.intp), stop - 2)
+        picks.append(np.concatenate([[start], inside, [stop - 1]]))
+        weights.append(np.concatenate([[1.0], np.full(inner, (size - 2) / inner), [1.0]]))
     return np.concatenate(picks), np.concatenate(weights)
 
 

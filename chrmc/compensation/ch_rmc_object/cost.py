@@ -135,7 +135,9 @@ def cost(
         sums = sums_of(fresh, shown)
         part = choice.reused / choice.fresh
         later_part = max(part - _KEY / choice.frames, 0.3 * part)
-        look = OperationCounts(phasors=_WAVE * looked_at(len(thing.cloud)), calls=_LOOK_UP)
+        look = OperationCounts(
+            phasors=_WAVE * looked_at(len(thing.cloud), tolerance), calls=_LOOK_UP
+        )
         others = sums.times(later_part) + shown + look
         key = others + sums.times(_KEY) + OperationCounts(calls=choosing)
         out.append(ObjectCost(thing.name, key, others, choice.frames, choice.why))
@@ -160,9 +162,9 @@ def sums_of(fresh: OperationCounts, shown: OperationCounts) -> OperationCounts:
     )
 
 
-def looked_at(points: int) -> float:
+def looked_at(points: int, tolerance: float) -> float:
     """Waves of the look at a frame that was looked up; of many points now and then."""
-    return waves_looked_at(points) * (1.0 if points <= LOOKED else 1 / SOMETIMES)
+    return waves_looked_at(points, tolerance) * (1.0 if points <= LOOKED else 1 / SOMETIMES)
 
 
 def rest(scene: Scene, thing: ObjectFrame, later: range) -> str:

@@ -51,6 +51,14 @@ def test_an_error_of_few_shapes_is_allowed_less() -> None:
     assert not out.fault and not out.refused and out.error > 0
 
 
+def test_points_are_tried_in_their_own_footprints() -> None:
+    """Deep and near, on a panel that is wider than any footprint: outside of it waves are steeper
+    than nodes, and finer ones were tried for minutes."""
+    out = extremes.run(extremes.case_of(7300143))
+    assert not out.fault and not out.refused and out.cpu < 5
+    assert out.error < 2 * out.expected
+
+
 @pytest.mark.parametrize(("seed", "method"), [(424442, "wrp"), (424541, "nlut")])
 def test_short_cuts_that_take_longer_than_the_true_sum_are_refused(seed: int, method: str) -> None:
     """Points 22 m away of a panel of one column; 241 depth planes, each of one point."""

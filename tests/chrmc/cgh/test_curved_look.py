@@ -1,0 +1,50 @@
+"""A look at few pixels tells of the whole frame."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from chrmc import SLM, WAVELENGTH, PointCloud
+from chrmc.cgh import curved
+from chrmc.cgh.curved import verify
+from chrmc.cgh.curved.nodes import Axis
+from chrmc.optics.passband import UNLIMITED
+from chrmc.reference import reference_field, relative_error
+from chrmc.window import Window
+
+PANEL = SLM("panel", 320, 200, 16e-6)
+
+
+def spoiled(axis: Axis) -> Axis:
+    """The same with a wrong first and last target."""
+    blocks = list(axis.blocks)
+    for at in (0, -1):
+        matrix = blocks[at].matrix
+        assert matrix is not None
+        matrix = matrix.copy()
+        matrix[at] *= 1.05
+        blocks[at] = replace(blocks[at], matrix=matrix)
+    return replace(axis, blocks=tuple(blocks))
+
+
+def test_ends_of_runs_count_as_the_few_pixels_that_they_are() -> None:
+    random = np.random.default_rng(0)
+    cloud = PointCloud(
+        random.uniform((-3e-4, -3e-4, 0.1497), (3e-4, 3e-4, 0.1503), (80, 3)),
+        random.uniform(0.2, 1, 80),
+        random.uniform(0, 6.3, 80),
+    )
+    window = Window.full(PANEL)
+    lines = curved.lines_of(PANEL, window)
+    plane = curved.plane_of(PANEL, WAVELENGTH, window, UNLIMITED)
+    factor, _ = curved.make_factor(cloud, lines, plane, 1e-4)
+    wrong = replace(factor, axis_x=spoiled(factor.axis_x), axis_y=spoiled(factor.axis_y))
+    made = curved.field_of([wrong], PANEL, WAVELENGTH, window)
+    whole = relative_error(made, reference_field(cloud, PANEL, WAVELENGTH, passband=UNLIMITED))
+    seen = verify.measured_error([wrong], cloud, lines, WAVELENGTH, plane.reach, 1e-4, 1e-4)
+    assert seen == pytest.approx(whole, rel=0.3)
+
+
+def test_a_tighter_frame_is_looked_at_more_closely() -> None:
+    assert [verify.waves_looked_at(10**6, 10.0**-n) for n in (1, 3, 4)] == [4e6, 6e6, 8e6]
