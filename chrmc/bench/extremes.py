@@ -27,7 +27,7 @@ RT_ERROR = 1e-5
 PATIENCE, PER_MILLION = 40.0, 12.0
 """Processor seconds that a case may take, and for each million points more: past that refusing
 would have done, and it counts as a fault."""
-_WAVES = 3_000_000  # of the truth, in a case
+_WAVES, _CONFIRMING = 3_000_000, 100_000_000  # of the truth, in a case; before a fault is called
 
 
 @dataclass
@@ -132,7 +132,8 @@ def _frame(case: Case, cloud: PointCloud, out: Outcome) -> None:
     if not np.isfinite(made).all():
         out.fault = "not finite"
         return
-    out.error = sampled_error(made, cloud, case.slm, case.wavelength, passband)
+    given = cloud, case.slm, case.wavelength, passband
+    out.error = sampled_error(made, *given, promised(case))
 
 
 def sampled_error(
@@ -141,8 +142,27 @@ def sampled_error(
     slm: SLM,
     wavelength: float,
     passband: Passband,
+    promised: float = float("inf"),
 ) -> float:
-    """Relative L2 error estimated on pixels drawn half by their light, half from the lit ones."""
+    """Relative L2 error estimated on pixels drawn half by their light, half from the lit ones.
+
+    promised : the error past which many more pixels are asked: where a footprint or a run of nodes
+        ends, a few may hold most of the error, and one of them among hundreds drawn says too much
+    """
+    error = _sampled(made, cloud, slm, wavelength, passband, _WAVES)
+    if error > promised:
+        error = _sampled(made, cloud, slm, wavelength, passband, _CONFIRMING)
+    return error
+
+
+def _sampled(
+    made: NDArray[np.complexfloating],
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    passband: Passband,
+    waves: int,
+) -> float:
     if len(cloud) == 0:
         return 0.0 if not made.any() else float("inf")
     lit = []
@@ -162,7 +182,7 @@ def sampled_error(
         if largest
         else np.full(part.shape, 1 / part.size)
     )
-    count = int(np.clip(_WAVES // len(cloud), 60, 2000))
+    count = int(np.clip(waves // len(cloud), 60, 2000 * waves / _WAVES))
     if part.size <= count:
         drawn, weight = np.arange(part.size), np.ones(part.size)
     else:
@@ -195,7 +215,8 @@ def _video(case: Case, out: Outcome) -> None:
         field = frame.field
         out.seconds += time.perf_counter() - start[0]
         out.cpu += time.process_time() - start[1]
-        error = sampled_error(field, frame.shown, case.slm, case.wavelength, passband_of(case))
+        given = frame.shown, case.slm, case.wavelength, passband_of(case)
+        error = sampled_error(field, *given, promised(case))
         if case.video in IN_PARTS:
             optics = case.slm, case.wavelength, passband_of(case)
             own = field.size * float(expected_power(frame.shown, *optics).sum())
