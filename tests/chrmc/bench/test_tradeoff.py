@@ -32,15 +32,17 @@ def test_every_cgh_method_and_setting_is_timed_and_measured() -> None:
 
 
 def test_the_expected_error_is_the_one_of_the_field_that_was_measured() -> None:
-    clouds = tradeoff.synthetic(40, PANEL, 1)
-    entries = tradeoff.cgh_entries("forty", clouds, OPTICS)
+    fine = SLM("small and fine", 320, 200, 10e-6)  # its footprints are too large for rays
+    optics = tradeoff.Optics(fine, WAVELENGTH, coding_for("real", fine))
+    clouds = tradeoff.synthetic(400, fine, 1)
+    entries = tradeoff.cgh_entries("many", clouds, optics, limit=1e-9)
     for entry, tolerance in zip(entries, tradeoff.TOLERANCES, strict=False):
         assert entry.label == f"curved tolerance {tolerance:g}"
-        arguments = clouds[0], PANEL, WAVELENGTH, Window.full(PANEL), OPTICS.coding.passband
+        arguments = clouds[0], fine, WAVELENGTH, Window.full(fine), optics.coding.passband
         made = curved.low_rank(*arguments, tolerance=tolerance)
         assert entry.predicted == made.error_predicted
-        pixels = OPTICS.pixels(40)
-        truth = OPTICS.truth(clouds[0], pixels)
+        pixels = optics.pixels(400)
+        truth = optics.truth(clouds[0], pixels)
         plain = curved.field(*arguments, tolerance=tolerance)[pixels]
         error = np.linalg.norm(plain - truth) / np.linalg.norm(truth)
         assert entry.error == pytest.approx(error, rel=1e-3)
