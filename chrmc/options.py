@@ -24,17 +24,16 @@ def check_options(
     function: Callable[..., Any],
     options: Mapping[str, Any],
     elsewhere: Callable[[str], Sequence[str]] = lambda option: (),
-    handed_to: Callable[..., Any] | None = None,
+    handed_on: Sequence[str] | None = None,
 ) -> None:
     """ValueError for an option that a method does not take.
 
     elsewhere : option to the names of methods that have it
-    handed_to : the method that gets what this one hands on
+    handed_on : names that it hands on to where they are known; None for any
     """
     names, others = option_names(function)
-    if others and handed_to is not None:
-        more, others = option_names(handed_to)
-        names += [name for name in more if name not in names]
+    if others and handed_on is not None:
+        names, others = [*names, *(name for name in handed_on if name not in names)], False
     unknown = [] if others else sorted(set(options) - set(names))
     if unknown:
         takes = f"it takes {', '.join(names)}" if names else "it takes none"

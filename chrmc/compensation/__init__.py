@@ -131,7 +131,11 @@ def chosen(
     elif "tolerance" in option_names(method_named(cgh).field)[0]:
         all_options.setdefault("tolerance", DEFAULT_TOLERANCE)
     kind = f"compensation {label(compensation)}"
-    check_options(kind, video_method, all_options, _having, method_named(cgh).field)
+    names, others = option_names(method_named(cgh).field)
+    # What `compute_field` itself takes goes with them.
+    check_options(
+        kind, video_method, all_options, _having, None if others else [*names, "footprint"]
+    )
     return cgh, compensation, all_options
 
 

@@ -1,13 +1,14 @@
 """Scenes and methods of one's own in Python files, on the command line and stored."""
 
 import json
+import os
 from pathlib import Path
 
 import pytest
 
 import chrmc
 from chrmc.cli.main import main
-from chrmc.python_file import is_python_name
+from chrmc.python_file import from_python_file, is_python_name
 
 CODE = """
 import neighbour
@@ -124,3 +125,13 @@ def test_mistakes_in_own_files_are_one_line_and_leave_nothing(
     assert told.count("\n") == 1
     assert words in told
     assert not Path("v").exists()
+
+
+def test_two_versions_of_one_second_and_size_are_two(tmp_path: Path) -> None:
+    file, before = tmp_path / "own.py", None
+    for number in (1, 2):
+        file.write_text(f"value = {number}\n")
+        stamps = before or (file.stat().st_atime_ns, file.stat().st_mtime_ns)
+        os.utime(file, ns=stamps)
+        before = stamps
+        assert from_python_file(f"{file}:value") == number

@@ -47,7 +47,9 @@ class XServer:
     def environment(self) -> dict[str, str]:
         """For programs that shall use it."""
         kept = {k: v for k, v in os.environ.items() if k != "WAYLAND_DISPLAY"}
-        return kept | {"DISPLAY": self.display, "XDG_SESSION_TYPE": "x11"}
+        # Mesa's newer releases try Vulkan first, and complain where there is none.
+        plain = {"LIBGL_ALWAYS_SOFTWARE": "1"}
+        return kept | plain | {"DISPLAY": self.display, "XDG_SESSION_TYPE": "x11"}
 
     def run(self, *command: str) -> str:
         """Output of a program on this display."""

@@ -89,6 +89,7 @@ class Driven:
         own = {
             "DISPLAY": display,
             "XDG_SESSION_TYPE": "x11",
+            "LIBGL_ALWAYS_SOFTWARE": "1",
             "XDG_STATE_HOME": str(where / "state"),
         }
         self.environment = kept | own
