@@ -14,7 +14,7 @@ from reconstruct.viewer.panes import Layer, Pane, colour
 from reconstruct.viewer.session import FOURIER_SIDE, Session
 from reconstruct.viewer.shade import Look
 from reconstruct.viewer.sight import fourier_covers, sight_of
-from reconstruct.viewer.sources import title_of
+from reconstruct.viewer.sources import titles_of
 
 ImVec2 = imgui.ImVec2
 SIDE = 21.5
@@ -53,7 +53,7 @@ class Layout:
         self.fourier = Canvas(self.context, "power")
         names = ["Reconstruction"]
         if model.comparing:
-            a, b = (title_of(v) for v in model.sources)
+            a, b = titles_of(model.sources)
             names = [f"A: {a}", f"B: {b}"]
         self.panes = [Pane(name, model.view) for name in names]
         self.hologram_pane = Pane("Hologram", session.views["hologram"])

@@ -18,7 +18,7 @@ from reconstruct.viewer.model import ViewerModel
 from reconstruct.viewer.pipeline import Picture
 from reconstruct.viewer.recent import note_recent, read_recent
 from reconstruct.viewer.shade import COLOURS, MODES
-from reconstruct.viewer.sources import open_source, title_of
+from reconstruct.viewer.sources import open_source, title_of, titles_of
 from reconstruct.viewer.view import View
 
 TOOLS = ("focus", "line", "region")
@@ -91,7 +91,7 @@ class Session:
     @property
     def title(self) -> str:
         """Of the window."""
-        return " and ".join(title_of(v) for v in self.model.sources) + " - chrmc"
+        return " and ".join(titles_of(self.model.sources)) + " - chrmc"
 
     def say(self, message: str) -> None:
         """Tell the user, for a few seconds."""
@@ -168,8 +168,9 @@ class Session:
             ):
                 self.say("the difference is not sharp yet")
                 return
-            names = [title_of(v) for v in model.sources]
-            path = path.with_name(f"{names[1]}_less_{names[0]}_{path.name}")
+            names = titles_of(model.sources)
+            stem = f"{names[1]}_less_{names[0]}".replace("/", "_")
+            path = path.with_name(f"{stem}_{path.name}")
             note = saving.settings_of(video, request, look) | {"sources": names}
             job = lambda: saving.save_difference(path, held, look, note)  # noqa: E731
         elif kind == "picture":

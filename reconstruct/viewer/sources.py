@@ -1,5 +1,6 @@
 """What can be looked at: a stored video, or any picture of grey levels as a video of one frame."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from chrmc.encoding import coding_for
@@ -62,6 +63,17 @@ def title_of(video: Source) -> str:
         return video.folder.resolve().name
     single = len(video.frames) == 1 and not video.methods
     return str(video.scene.get("name")) if single else video.folder.resolve().name
+
+
+def titles_of(videos: Sequence[Source]) -> list[str]:
+    """What sources are called side by side: those of one name by their folder's folder, too."""
+    titles = [title_of(video) for video in videos]
+    if len(set(titles)) == len(titles):
+        return titles
+    return [
+        f"{video.folder.resolve().parent.name}/{title}"
+        for video, title in zip(videos, titles, strict=True)
+    ]
 
 
 def check_pair(a: Source, b: Source) -> list[int]:

@@ -1,6 +1,7 @@
 """What keys and buttons do, and the files that come of it."""
 
 import json
+import shutil
 import threading
 import time
 from pathlib import Path
@@ -17,7 +18,7 @@ from reconstruct.viewer.measure import Region
 from reconstruct.viewer.recent import note_recent, read_recent
 from reconstruct.viewer.session import SAVES, Session
 from reconstruct.viewer.shade import shade
-from reconstruct.viewer.sources import open_source
+from reconstruct.viewer.sources import open_source, titles_of
 
 
 @pytest.fixture
@@ -224,3 +225,11 @@ def test_recent_ones_are_few_and_there(tmp_path):
     file.write_text(json.dumps({"a": 1}))
     note_recent(file, Path(folders[0]))
     assert read_recent(file) == [folders[0]]
+
+
+def test_two_folders_of_one_name_are_told_apart(video, tmp_path):
+    folders = [shutil.copytree(video, tmp_path / which / "video") for which in ("before", "after")]
+    two = [open_source(folder) for folder in folders]
+    assert titles_of(two) == ["before/video", "after/video"]
+    assert titles_of([two[0], open_source(video)]) == ["video", Path(video).name]
+    assert titles_of(two[:1]) == ["video"]
