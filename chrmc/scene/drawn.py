@@ -4,15 +4,14 @@ Light of a diffuse surface is speckle; the eye averages the draws that follow on
 takes one picture.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.ranges import Count
-from chrmc.scene.points import PointCloud
-from chrmc.scene.scene import DepthStep, ObjectFrame, Pose, Scene, SceneFrame, described
+from chrmc.scene.derived import DerivedScene
+from chrmc.scene.scene import ObjectFrame, Pose, Scene, SceneFrame
 
 LOOKS = Count("looks", 1, 1000)
 SEED = 20180102
@@ -20,55 +19,20 @@ SEED = 20180102
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DrawnScene:
+class DrawnScene(DerivedScene):
     """Every frame of a scene `looks` times, one after the other; a scene in its own right.
 
     The first look has the scene's own phases. In each other one every point has another, the same
     in all frames: it stays fixed to the body.
     """
 
-    scene: Scene
     looks: int
-    _bodies: dict[tuple[str, int], tuple[PointCloud, PointCloud]] = field(default_factory=dict)
-    _last: dict[int, SceneFrame] = field(default_factory=dict)
-
-    def __repr__(self) -> str:
-        return described(self)
-
-    @property
-    def name(self) -> str:
-        """The scene's."""
-        return self.scene.name
-
-    @property
-    def form(self) -> str:
-        """The scene's."""
-        return self.scene.form
+    _last: dict[int, SceneFrame] = field(default_factory=dict, init=False)
 
     @property
     def frame_count(self) -> int:
         """Looks of all frames."""
         return self.looks * self.scene.frame_count
-
-    @property
-    def object_names(self) -> Sequence[str]:
-        """The scene's."""
-        return self.scene.object_names
-
-    @property
-    def wavelength(self) -> float | None:
-        """The scene's, metres."""
-        return self.scene.wavelength
-
-    @property
-    def pixel_pitch(self) -> float:
-        """The scene's, metres."""
-        return self.scene.pixel_pitch
-
-    @property
-    def planes(self) -> DepthStep | None:
-        """The scene's."""
-        return self.scene.planes
 
     def pose(self, name: str, number: int) -> Pose | None:
         """The scene's."""
@@ -95,13 +59,13 @@ class DrawnScene:
         if thing.body is None or thing.ids is None:
             phase = _phases(len(thing.cloud), look, place, number)
             return replace(thing, cloud=replace(thing.cloud, phase=phase))
-        # One and the same body in all frames, as methods that reuse a body's light expect.
-        known = self._bodies.get((thing.name, look))
-        if known is None or known[0] is not thing.body:
-            known = thing.body, replace(thing.body, phase=_phases(len(thing.body), look, place))
-            self._bodies[thing.name, look] = known
-        cloud = replace(thing.cloud, phase=known[1].phase[thing.ids])
-        return replace(thing, cloud=cloud, body=known[1])
+        body = self._same_body(
+            (thing.name, look),
+            thing.body,
+            lambda body: replace(body, phase=_phases(len(body), look, place)),
+        )
+        cloud = replace(thing.cloud, phase=body.phase[thing.ids])
+        return replace(thing, cloud=cloud, body=body)
 
 
 def _phases(count: int, *seeds: int) -> NDArray[np.float64]:
