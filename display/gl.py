@@ -194,8 +194,8 @@ class Painter:
     def release(self) -> None:
         """Free what this holds on the GPU."""
         held: list[Any] = [self._triangle, *self._textures.values(), self._program]
-        for thing in held:
-            thing.release()
+        for obj in held:
+            obj.release()
 
 
 def fitted(size: tuple[int, int], shape: tuple[int, int]) -> tuple[int, int]:

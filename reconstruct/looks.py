@@ -140,8 +140,8 @@ def in_focus(
     they are."""
     slm = system.slm
     sharp = max(depth_of_focus(slm, system.wavelength, depth, system.band))
-    for thing in (o for o in frame.objects if len(o.cloud)):
-        low, high = (f(thing.cloud.positions, axis=0) for f in (np.min, np.max))
+    for obj in (o for o in frame.objects if len(o.cloud)):
+        low, high = (f(obj.cloud.positions, axis=0) for f in (np.min, np.max))
         if not low[2] - sharp / 2 <= depth <= high[2] + sharp / 2:
             continue
         part, centre = [], []
@@ -153,7 +153,7 @@ def in_focus(
             centre.append(((first + last - 1) / 2 - (count - 1) / 2) * slm.pixel_pitch)
         shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
         yield (
-            thing.name,
+            obj.name,
             (part[0], part[1]),
             Patch((centre[0], centre[1]), shape, slm.pixel_pitch),
         )

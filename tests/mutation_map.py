@@ -24,9 +24,9 @@ recorder.start()
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
     """One test. What an earlier one left in caches would hide lines from it."""
-    for thing in gc.get_objects():
-        if isinstance(thing, functools._lru_cache_wrapper):
-            thing.cache_clear()
+    for obj in gc.get_objects():
+        if isinstance(obj, functools._lru_cache_wrapper):
+            obj.cache_clear()
     recorder.switch_context(item.nodeid)
     start = time.process_time()
     try:

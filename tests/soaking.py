@@ -84,9 +84,9 @@ def inside(counted: Path, arguments: list[str]) -> None:
         make = getattr(moderngl.Context, name)
 
         def made(*given: object, **named: object) -> object:
-            thing = make(*given, **named)
-            held.append(thing)
-            return thing
+            obj = make(*given, **named)
+            held.append(obj)
+            return obj
 
         setattr(moderngl.Context, name, made)
 

@@ -84,7 +84,7 @@ def bodies(
     apart: float = 0.0, frames: int = 96,
 ) -> Scene:  # fmt: skip
     """Boxes full of points that turn by so many radians per frame, side by side."""
-    things, poses = {}, {}
+    objects, poses = {}, {}
     for k in range(number):
         random = np.random.default_rng(k)
         body = PointCloud(
@@ -93,11 +93,11 @@ def bodies(
             random.uniform(0, 2 * np.pi, points),
         )
         place = [apart * (k - (number - 1) / 2), 0.0, depth + 2 * apart * k]
-        things[f"body {k + 1}"] = body
+        objects[f"body {k + 1}"] = body
         poses[f"body {k + 1}"] = [
             Pose.from_rotvec([0.0, turn * n, 0.0], place) for n in range(frames)
         ]
-    return PointScene(f"{number} × {points}", things, poses)
+    return PointScene(f"{number} × {points}", objects, poses)
 
 
 MM = 1e-3

@@ -149,12 +149,12 @@ def count_points(
 def still_objects(scene: Scene, numbers: range) -> set[str]:
     """Names of the objects that show the same points in all these frames."""
     first = scene.frame(numbers[0])
-    still = {thing.name: thing for thing in first.objects}
+    still = {obj.name: obj for obj in first.objects}
     for number in numbers[1:]:
-        for thing in scene.frame(number).objects:
-            before = still.get(thing.name)
-            if before is not None and not before.cloud.same_as(thing.cloud):
-                del still[thing.name]
+        for obj in scene.frame(number).objects:
+            before = still.get(obj.name)
+            if before is not None and not before.cloud.same_as(obj.cloud):
+                del still[obj.name]
     return set(still)
 
 

@@ -15,7 +15,7 @@ from chrmc.slm import SLM
 @click.command("encodings")
 @click.argument("scene", default="car-house")
 @click.option("--frame", type=int, default=1, show_default=True, help="Frame of the scene.")
-@click.option("--object", "thing", default=None, help="Whose depth images are compared at. [first]")
+@click.option("--object", "obj", default=None, help="Whose depth images are compared at. [first]")
 @click.option("--cgh", default=None, help="CGH method. [curved]")
 @form_option
 @slm_option
@@ -26,7 +26,7 @@ from chrmc.slm import SLM
 def command(
     scene: str,
     frame: int,
-    thing: str | None,
+    obj: str | None,
     cgh: str | None,
     form: str,
     slm: SLM,
@@ -51,14 +51,14 @@ def command(
     names = [o.name for o in scene_frame.objects if len(o.cloud)]
     if not names:
         raise ValueError(f"frame {frame} of {given.name} is empty: nothing to compare")
-    thing = thing or names[0]
-    if thing not in names:
-        raise ValueError(f"frame {frame} has no object {thing!r}; it has {', '.join(names)}")
-    shown = next(o for o in scene_frame.objects if o.name == thing)
+    obj = obj or names[0]
+    if obj not in names:
+        raise ValueError(f"frame {frame} has no object {obj!r}; it has {', '.join(names)}")
+    shown = next(o for o in scene_frame.objects if o.name == obj)
     depth = shown.depth
     box = around(shown.cloud, slm)
     rows = measure(scene_frame.cloud, slm, wave, depth, box, recipe.cgh, recipe.options)
-    click.echo(f"frame {frame} of {given.name}, images at the {thing}, {depth * 1e3:.2f} mm")
+    click.echo(f"frame {frame} of {given.name}, images at the {obj}, {depth * 1e3:.2f} mm")
     click.echo(
         f"{'encoding':<16}{'light':>9}{'clipped':>9}{'error':>9}{'PSNR':>10}"
         f"{'error':>12}{'PSNR':>10}"

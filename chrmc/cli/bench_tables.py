@@ -214,17 +214,17 @@ def image_psnr(slm: SLM, wavelength: float) -> Images:
         field: NDArray[np.complex64], exact: NDArray[np.complex64], scene_frame: SceneFrame
     ) -> Mapping[str, float]:
         found = {}
-        for thing in scene_frame.objects:
-            if len(thing.cloud) == 0:
+        for obj in scene_frame.objects:
+            if len(obj.cloud) == 0:
                 continue
-            low, high = (f(thing.cloud.positions[:, :2], axis=0) for f in (np.min, np.max))
+            low, high = (f(obj.cloud.positions[:, :2], axis=0) for f in (np.min, np.max))
             size = 1.2 * (high - low) + 20 * slm.pixel_pitch
             middle = (low + high) / 2
             columns, rows = (int(n) for n in np.ceil(size / slm.pixel_pitch))
             patch = Patch((float(middle[1]), float(middle[0])), (rows, columns), slm.pixel_pitch)
-            to_object = Propagator(slm.shape, slm.pixel_pitch, wavelength, thing.depth, patch)
-            pictures = [np.abs(to_object(f, -thing.depth)) ** 2 for f in (field, exact)]
-            found[thing.name] = psnr(pictures[0], pictures[1])
+            to_object = Propagator(slm.shape, slm.pixel_pitch, wavelength, obj.depth, patch)
+            pictures = [np.abs(to_object(f, -obj.depth)) ** 2 for f in (field, exact)]
+            found[obj.name] = psnr(pictures[0], pictures[1])
         return found
 
     return compare

@@ -56,7 +56,7 @@ from chrmc.slm import SLM
     "--force", is_flag=True, help="Replace another video in the folder, once the new one stands."
 )
 def command(
-    things: tuple[str, ...],
+    sources: tuple[str, ...],
     out: Path,
     frames: tuple[int, int] | None,
     slm: SLM,
@@ -69,7 +69,7 @@ def command(
     scheduler: str | None,
     **rest: Any,
 ) -> int:
-    """Make a hologram video of THING: a built-in scene, a folder of RGB-D frames,
+    """Make a hologram video of SCENE: a built-in scene, a folder of RGB-D frames,
     FILE.py:NAME, or files.
 
     Files are meshes (.glb .gltf .obj .ply .stl), point clouds (.ply .xyz .csv .npz), pictures
@@ -87,13 +87,13 @@ def command(
     sized = {name: rest.pop(name) for name in SCENE_NAMES}
     # The shortest wavelength resolves most and reaches least.
     finest = min(wavelength) if isinstance(wavelength, tuple) else wavelength
-    scene = scene_from(things, form, slm, finest, sized)
+    scene = scene_from(sources, form, slm, finest, sized)
     if export_points is not None:
         from chrmc.scene.sources.export import write_export
 
         count = write_export(scene, export_points)
         click.echo(f"{export_points}: {count} points of {scene.frame_count} frames")
-    source = origin_of(things, form, sized, scene)
+    source = origin_of(sources, form, sized, scene)
     made = make_in_light(
         scene,
         slm,

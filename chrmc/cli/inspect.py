@@ -22,7 +22,7 @@ from chrmc.slm import SLM
     help="Picture (.png .pdf .svg): front and top view in the visible volume.",
 )
 def command(
-    things: tuple[str, ...],
+    sources: tuple[str, ...],
     slm: SLM,
     wavelength: float | None,
     form: str,
@@ -31,9 +31,9 @@ def command(
     fit: bool,
     out: Path | None,
 ) -> None:
-    """Say what the SLM will show of THING: size, resolution, focus, points, speckle, motion, cost.
+    """Say what the SLM will show of SCENE: size, resolution, focus, points, speckle, motion, cost.
 
-    THING is what `chrmc generate` takes. Times are counts of operations over this machine's rates
+    SCENE is what `chrmc generate` takes. Times are counts of operations over this machine's rates
     (chrmc calibrate), errors as expected from some of the points, under single sideband.
     """
     from chrmc.compensation import scene_wavelength
@@ -41,7 +41,7 @@ def command(
     from chrmc.inspection.report import sentences
 
     options = {"density": density, "points": points, "fit": fit}
-    scene = scene_from(things, form, slm, wavelength, options)
+    scene = scene_from(sources, form, slm, wavelength, options)
     light = scene_wavelength(scene, wavelength)
     if out is not None:
         write_inspection(scene, slm, light, out)

@@ -33,7 +33,7 @@ from chrmc.slm import SLM
 )
 @surface_options
 def command(
-    things: tuple[str, ...],
+    sources: tuple[str, ...],
     frames: tuple[int, int] | None,
     slm: SLM,
     wavelength: float | tuple[float, ...] | None,
@@ -44,9 +44,9 @@ def command(
     loosest: float | None,
     **rest: Any,
 ) -> int:
-    """Generate THING and show it at once: on a monitor, in a window, or headless.
+    """Generate SCENE and show it at once: on a monitor, in a window, or headless.
 
-    THING is what `chrmc generate` takes.
+    SCENE is what `chrmc generate` takes.
 
     A thread makes the frames, the player shows each as soon as it is there and its flip has come.
     With --budget the tolerance of each frame lies between --tolerance and --loosest, as loose as
@@ -68,7 +68,7 @@ def command(
     names = ("cgh", "compensation", "surface", "tolerance", "encoding", "gamma", "response")
     chosen = by_panel({name: rest.pop(name) for name in (*names, "settings")})
     sized = {name: rest.pop(name) for name in SCENE_NAMES}
-    scene = scene_from(things, form, slm, wavelength, sized)
+    scene = scene_from(sources, form, slm, wavelength, sized)
     recipe = recipe_for(scene, slm, wavelength, check_pixels=0, **chosen)
     if recipe.auto_line:
         click.echo(recipe.auto_line)

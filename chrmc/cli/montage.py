@@ -68,17 +68,17 @@ def draw_montage(video: Video | ColourVideo, numbers: Sequence[int], path: Path)
         layers = frame if coloured else frame[..., None]
         fields = [system.field(layers[..., k]) for k, system in enumerate(systems)]
         for cell, name in zip(row[1:], names, strict=True):
-            thing = next(o for o in entry["objects"] if o["name"] == name)
+            obj = next(o for o in entry["objects"] if o["name"] == name)
             _style(cell)
-            if thing["depth"] is None:
+            if obj["depth"] is None:
                 cell.set_title(f"{name}: nothing visible", fontsize=9)
                 continue
             images = [
-                np.abs(system.at(field, thing["depth"]))
+                np.abs(system.at(field, obj["depth"]))
                 for system, field in zip(systems, fields, strict=True)
             ]
             amplitude = np.sqrt(balanced(video, [image**2 for image in images]))
-            _show_depth(cell, amplitude, video, view, thing, entry["objects"])
+            _show_depth(cell, amplitude, video, view, obj, entry["objects"])
     save(figure, path)
 
 
@@ -102,17 +102,17 @@ def _view(video: Video | ColourVideo, numbers: Sequence[int]) -> tuple[float, fl
 def _free_corner(
     view: tuple[float, float, float, float],
     size: tuple[float, float],
-    things: Sequence[dict[str, Any]],
+    objects: Sequence[dict[str, Any]],
 ) -> tuple[float, float]:
     """Lower left corner, in axis shares, of an inset of `size` that hides the objects least."""
     corners = [(x, y) for x in (0.005, 0.995 - size[0]) for y in (0.015, 0.985 - size[1])]
 
     def hidden(corner: tuple[float, float]) -> float:
         total = 0.0
-        for thing in things:
-            if not thing.get("box"):
+        for obj in objects:
+            if not obj.get("box"):
                 continue
-            low, high = np.asarray(thing["box"])[:, :2] + np.array([[-MARGIN], [MARGIN]])
+            low, high = np.asarray(obj["box"])[:, :2] + np.array([[-MARGIN], [MARGIN]])
             # y grows downwards in the scene and upwards in axis shares.
             x = (np.array([low[0], high[0]]) - view[0]) / (view[1] - view[0])
             y = (view[3] - np.array([high[1], low[1]])) / (view[3] - view[2])
@@ -158,7 +158,7 @@ def _show_depth(
     amplitude: NDArray[np.floating],
     video: Video | ColourVideo,
     view: tuple[float, float, float, float],
-    thing: dict[str, Any],
+    obj: dict[str, Any],
     others: Sequence[dict[str, Any]],
 ) -> None:
     """Amplitude (a square root of intensity, nearer to how an eye sees) over the view."""
@@ -166,7 +166,7 @@ def _show_depth(
 
     slm = video.slm
     half_x, half_y = slm.width * slm.pixel_pitch / 2, slm.height * slm.pixel_pitch / 2
-    low, high = np.asarray(thing["box"][0]), np.asarray(thing["box"][1])
+    low, high = np.asarray(obj["box"][0]), np.asarray(obj["box"][1])
     inside = amplitude[
         max(int((low[1] + half_y) / slm.pixel_pitch), 0) : int((high[1] + half_y) / slm.pixel_pitch)
         + 1,
@@ -186,7 +186,7 @@ def _show_depth(
     axis.set_ylim(view[3] * 1e3, view[2] * 1e3)
     scale_bar(axis, (view[0] * 1e3, view[1] * 1e3, view[3] * 1e3, view[2] * 1e3))
     axis.set_title(
-        f"focused on the {thing['name']}, {thing['depth'] * 1e3:.2f} mm",
+        f"focused on the {obj['name']}, {obj['depth'] * 1e3:.2f} mm",
         fontsize=9,
         loc="left",
     )

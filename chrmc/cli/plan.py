@@ -27,7 +27,7 @@ from chrmc.slm import SLM
 @scene_options
 @click.option("--json", "as_json", is_flag=True, help="All of it, for programs.")
 def command(
-    things: tuple[str, ...],
+    sources: tuple[str, ...],
     tolerance: float | None,
     budget: float | None,
     slm: SLM,
@@ -38,17 +38,17 @@ def command(
     as_json: bool,
     **options: Any,
 ) -> int:
-    """Say which method to take for THING: expected time, error and memory of every sensible way.
+    """Say which method to take for SCENE: expected time, error and memory of every sensible way.
 
     With --tolerance the cheapest that keeps it, with --budget the most accurate in that time, with
-    both whether there is one, and the nearest if not (exit status 1). THING is what
+    both whether there is one, and the nearest if not (exit status 1). SCENE is what
     `chrmc generate` takes. Times are counts of operations over this machine's rates
     (chrmc calibrate).
     """
     from chrmc.planning.choice import Choice, spell
     from chrmc.planning.choices import plan
 
-    scene = scene_from(things, form, slm, wavelength, options, quiet=as_json)
+    scene = scene_from(sources, form, slm, wavelength, options, quiet=as_json)
     found = plan(
         scene, slm, tolerance=tolerance, budget=budget, wavelength=wavelength,
         encoding=encoding_for(slm, encoding), frames=frames,

@@ -22,7 +22,7 @@ from chrmc.slm import SLM
 @scene_options
 @click.option("--force", is_flag=True, help="Replace what is there.")
 def command(
-    things: tuple[str, ...],
+    sources: tuple[str, ...],
     out: Path,
     figure: Path,
     frames: tuple[int, int] | None,
@@ -33,9 +33,9 @@ def command(
     points: int | None,
     fit: bool,
 ) -> None:
-    """Write THING as a folder of OpenEXR frames, or as a scene.toml.
+    """Write SCENE as a folder of OpenEXR frames, or as a scene.toml.
 
-    THING is what `chrmc generate` takes: a built-in scene, a folder, or files.
+    SCENE is what `chrmc generate` takes: a built-in scene, a folder, or files.
 
     With --out FILE.toml files become one commented text with every object's size, place, turn and
     motion as understood, to edit and to use in their place.
@@ -54,16 +54,16 @@ def command(
 
     options = {"density": density, "points": points, "fit": fit}
     if out.suffix.lower() == ".toml":
-        _write_toml(things, out, slm, wavelength, options, force)
+        _write_toml(sources, out, slm, wavelength, options, force)
         return
-    source = Path(things[0])
+    source = Path(sources[0])
     if source.is_dir() and out.exists() and source.resolve() == out.resolve():
         raise ValueError(f"{out} is the scene itself: choose another folder for --out")
 
     def watch(numbers: Iterable[int]) -> Iterable[int]:
         return progress(numbers, f"writing {out.name}")
 
-    scene = scene_from(things, "rgbd", slm, wavelength, options)
+    scene = scene_from(sources, "rgbd", slm, wavelength, options)
     paths = write_scene(scene, out, frames=frames, force=force, watch=watch)
     written = read_scene(out)
     write_preview(written, out / figure)
@@ -74,23 +74,23 @@ def command(
 
 
 def _write_toml(
-    things: tuple[str, ...],
+    sources: tuple[str, ...],
     out: Path,
     slm: SLM,
     wavelength: float | None,
     options: dict[str, float | int | bool | None],
     force: bool,
 ) -> None:
-    from chrmc.scene.sources.things import build_things, is_thing
+    from chrmc.scene.sources.files import build_sources, is_source
     from chrmc.scene.sources.world_toml import write_toml
 
     if out.exists() and not force:
         raise ValueError(f"{out} is there already: choose another name, or replace it with --force")
-    other = next((t for t in things if not is_thing(t)), None)
+    other = next((t for t in sources if not is_source(t)), None)
     if other is not None:
         raise ValueError(f"{other} is no file that a scene.toml could name")
-    built = build_things(things, slm=slm, wavelength=wavelength, **options)  # type: ignore[arg-type]
+    built = build_sources(sources, slm=slm, wavelength=wavelength, **options)  # type: ignore[arg-type]
     for note in built.notes:
         click.echo(note)
     write_toml(built.world, out)
-    click.echo(f"{out}: {len(built.world.things)} objects; edit it, then chrmc generate {out}")
+    click.echo(f"{out}: {len(built.world.entries)} objects; edit it, then chrmc generate {out}")

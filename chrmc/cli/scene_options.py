@@ -10,7 +10,7 @@ from chrmc.scene.scene import Scene
 from chrmc.slm import SLM
 
 things_argument = click.argument(
-    "things", metavar="THING...", type=Name(scene_names), nargs=-1, required=True
+    "sources", metavar="SCENE...", type=Name(scene_names), nargs=-1, required=True
 )
 
 scene_options = stacked(
@@ -31,7 +31,7 @@ SCENE_NAMES = ("density", "points", "fit")
 
 
 def scene_from(
-    things: tuple[str, ...],
+    sources: tuple[str, ...],
     form: str,
     slm: SLM,
     wavelength: float | None,
@@ -43,7 +43,7 @@ def scene_from(
 
     chosen = {name: options[name] for name in SCENE_NAMES}
     scene = load_scene(
-        things[0] if len(things) == 1 else things, form, slm=slm, wavelength=wavelength, **chosen
+        sources[0] if len(sources) == 1 else sources, form, slm=slm, wavelength=wavelength, **chosen
     )
     for note in getattr(scene, "notes", ()):
         click.echo(note, err=quiet)

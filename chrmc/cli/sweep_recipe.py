@@ -153,8 +153,8 @@ def _scene(value: Any, form: Any, slm: SLM, wavelength: float | None, folder: Pa
     words = value if isinstance(value, list) else [value]
     names = [_text("a scene", word) for word in words]
     names = [name if name in BUILT_IN else _beside(name, folder) for name in names]
-    things: Any = names[0] if len(names) == 1 else names
-    return load_scene(things, _text("form", form), slm=slm, wavelength=wavelength)
+    sources: Any = names[0] if len(names) == 1 else names
+    return load_scene(sources, _text("form", form), slm=slm, wavelength=wavelength)
 
 
 def _shown(value: Any) -> str:

@@ -36,9 +36,9 @@ class Held:
     ids: NDArray[np.intp] | None
 
     @classmethod
-    def of(cls, thing: ObjectFrame) -> "Held":
+    def of(cls, obj: ObjectFrame) -> "Held":
         """All that an object shows."""
-        return cls(thing.cloud, thing.ids)
+        return cls(obj.cloud, obj.ids)
 
     @classmethod
     def empty(cls, like: ObjectFrame) -> "Held":
@@ -85,15 +85,13 @@ class Matcher:
         planes = scene.planes
         return cls(matching, scene.pixel_pitch, planes.step if planes else PLANE_SPACING)
 
-    def compare(
-        self, held: Held, thing: ObjectFrame
-    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    def compare(self, held: Held, obj: ObjectFrame) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Masks of the held points that the scene has not, and of its points that are not held."""
         exact = self.rule == "exact"
-        ids = None if held.ids is None or thing.ids is None else (held.ids, thing.ids)
+        ids = None if held.ids is None or obj.ids is None else (held.ids, obj.ids)
         found = match(
             held.cloud,
-            thing.cloud,
+            obj.cloud,
             rule_named("strict" if exact else self.rule),
             2 * EXACT if exact else self.pixel_pitch,
             2 * EXACT if exact else self.plane_spacing,
@@ -119,17 +117,17 @@ class Correction:
         return len(self.removed) + len(self.added)
 
 
-def correct(held: Held, thing: ObjectFrame, matcher: Matcher) -> tuple[Held, Correction]:
+def correct(held: Held, obj: ObjectFrame, matcher: Matcher) -> tuple[Held, Correction]:
     """What the hologram holds after correction, and the correction.
 
     Kept points keep their places and phases: they are what the hologram shows.
     """
-    wrong, missing = matcher.compare(held, thing)
-    correction = Correction(held.cloud.select(wrong), thing.cloud.select(missing))
+    wrong, missing = matcher.compare(held, obj)
+    correction = Correction(held.cloud.select(wrong), obj.cloud.select(missing))
     kept = held.select(~wrong)
     ids = None
-    if kept.ids is not None and thing.ids is not None:
-        ids = np.concatenate([kept.ids, thing.ids[missing]])
+    if kept.ids is not None and obj.ids is not None:
+        ids = np.concatenate([kept.ids, obj.ids[missing]])
     return Held(PointCloud.concatenate([kept.cloud, correction.added]), ids), correction
 
 

@@ -108,8 +108,8 @@ def measured_error(frame: VideoFrame, recipe: Recipe) -> float | None:
 def with_boxes(frame: VideoFrame, recipe: Recipe) -> None:
     """Add to each object's entry its visible points' bounding box, metres, their number, the mean
     share of the panel that their footprints cover, and the light and its map that checks use."""
-    for entry, thing in zip(frame.record.objects, frame.scene_frame.objects, strict=True):
-        cloud = thing.cloud
+    for entry, obj in zip(frame.record.objects, frame.scene_frame.objects, strict=True):
+        cloud = obj.cloud
         if len(cloud):
             entry["box"] = [
                 cloud.positions.min(axis=0).tolist(),

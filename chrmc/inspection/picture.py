@@ -29,14 +29,14 @@ def write_inspection(scene: Scene, slm: SLM, wavelength: float, path: Path) -> N
         float(frame.cloud.centroid[2]), slm, wavelength, coding_for("ssb", slm).passband
     )
     figure, (front, top) = new_figure((9, 9), 2, 1)
-    for thing in frame.objects:
-        some = slice(None, None, max(1, len(thing.cloud) // DOTS))
-        x, y, z = thing.cloud.positions[some].T * MM
-        light = thing.cloud.amplitude[some] / max(thing.cloud.amplitude.max(initial=0), 1e-300)
+    for obj in frame.objects:
+        some = slice(None, None, max(1, len(obj.cloud) // DOTS))
+        x, y, z = obj.cloud.positions[some].T * MM
+        light = obj.cloud.amplitude[some] / max(obj.cloud.amplitude.max(initial=0), 1e-300)
         colour = dict(c=light, cmap="gray", vmin=0, vmax=1, s=1.5, linewidths=0)
         front.scatter(x, y, **colour)
-        drawn = top.scatter(x, z, label=thing.name, s=1.5, linewidths=0)
-        path_x, path_y, path_z = _path(scene, thing.name)
+        drawn = top.scatter(x, z, label=obj.name, s=1.5, linewidths=0)
+        path_x, path_y, path_z = _path(scene, obj.name)
         if len(path_x) > 1:
             shade: Any = drawn.get_facecolor()[0]
             front.plot(path_x, path_y, "-", lw=0.8, color=shade)
@@ -56,8 +56,8 @@ def write_inspection(scene: Scene, slm: SLM, wavelength: float, path: Path) -> N
     front.set(xlim=(-shown[0], shown[0]), ylim=(shown[1], -shown[1]))
     front.legend(fontsize=7, loc="upper right")
     focus = optics.focus[0] * MM
-    for k, thing in enumerate(o for o in frame.objects if len(o.cloud)):
-        near, far = (thing.depth * MM + side * focus / 2 for side in (-1, 1))
+    for k, obj in enumerate(o for o in frame.objects if len(o.cloud)):
+        near, far = (obj.depth * MM + side * focus / 2 for side in (-1, 1))
         label = "depth of focus" if k == 0 else None
         top.axhspan(near, far, color="0.85", zorder=0, label=label)
     margin = max(0.1 * (high[2] - low[2]), 2 * focus)

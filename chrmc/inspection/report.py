@@ -109,8 +109,8 @@ def sentences(scene: Scene, slm: SLM, wavelength: float) -> Iterator[str]:
     passband = coding_for(encoding, slm).passband
     frame = scene.frame(1)
     yield f"{scene.name}: {scene.frame_count} frames, on {slm.name} at {wavelength * 1e9:.0f} nm"
-    for thing in frame.objects:
-        yield from _of_object(scene, thing, slm, wavelength, passband)
+    for obj in frame.objects:
+        yield from _of_object(scene, obj, slm, wavelength, passband)
     if not len(frame.cloud):
         return
     yield ""
@@ -133,19 +133,19 @@ def _ways(scene: Scene, slm: SLM, wavelength: float, encoding: str) -> Iterator[
 
 
 def _of_object(
-    scene: Scene, thing: ObjectFrame, slm: SLM, wavelength: float, passband: Passband
+    scene: Scene, obj: ObjectFrame, slm: SLM, wavelength: float, passband: Passband
 ) -> Iterator[str]:
-    cloud = thing.cloud
+    cloud = obj.cloud
     yield ""
     if not len(cloud):
-        yield f"{thing.name}: nothing of it is visible in frame 1"
+        yield f"{obj.name}: nothing of it is visible in frame 1"
         return
     size = np.ptp(cloud.positions, axis=0)
     near, far = cloud.positions[:, 2].min(), cloud.positions[:, 2].max()
-    optics = Optics.at(thing.depth, slm, wavelength, passband)
+    optics = Optics.at(obj.depth, slm, wavelength, passband)
     x, y = optics.resolution
     yield (
-        f"{thing.name}: {size[0] * MM:.3g} × {size[1] * MM:.3g} mm, from {near * MM:.5g} to "
+        f"{obj.name}: {size[0] * MM:.3g} × {size[1] * MM:.3g} mm, from {near * MM:.5g} to "
         f"{far * MM:.5g} mm deep"
     )
     yield (
@@ -166,16 +166,16 @@ def _of_object(
     )
     share = coverage(cloud, slm, wavelength, passband)
     hidden = (
-        f"{1 - len(cloud) / len(thing.body):.0%} of its points hidden or lost; "
-        if (thing.body is not None and len(thing.body))
+        f"{1 - len(cloud) / len(obj.body):.0%} of its points hidden or lost; "
+        if (obj.body is not None and len(obj.body))
         else ""
     )
-    lost = _lost(thing, slm, wavelength, passband)
+    lost = _lost(obj, slm, wavelength, passband)
     yield (
         f"  {hidden}{lost:.0%} beyond the field of view; fringes cover {share.mean():.0%} of the "
         f"panel ({(share < 0.5).mean():.0%} of the points less than half)"
     )
-    motion = motion_of(scene, thing.name)
+    motion = motion_of(scene, obj.name)
     if motion is not None:
         yield (
             f"  moves {motion.shift[0] * UM:.3g} µm and turns {np.degrees(motion.turn[0]):.3g}° "
@@ -185,12 +185,12 @@ def _of_object(
         )
 
 
-def _lost(thing: ObjectFrame, slm: SLM, wavelength: float, passband: Passband) -> float:
+def _lost(obj: ObjectFrame, slm: SLM, wavelength: float, passband: Passband) -> float:
     """Share of all the points that stand where no pixel shows them, hidden or not."""
-    cloud = thing.cloud
-    if thing.body is not None and thing.pose is not None:
-        body = thing.body
-        cloud = PointCloud(thing.pose.apply(body.positions), body.amplitude, body.phase)
+    cloud = obj.cloud
+    if obj.body is not None and obj.pose is not None:
+        body = obj.body
+        cloud = PointCloud(obj.pose.apply(body.positions), body.amplitude, body.phase)
     return float((coverage(cloud, slm, wavelength, passband) <= 0).mean())
 
 

@@ -54,18 +54,18 @@ class DrawnScene(DerivedScene):
         """The scene's frame, and the look."""
         return (number - 1) // self.looks + 1, (number - 1) % self.looks
 
-    def _object(self, thing: ObjectFrame, number: int, look: int) -> ObjectFrame:
-        place = list(self.scene.object_names).index(thing.name)
-        if thing.body is None or thing.ids is None:
-            phase = _phases(len(thing.cloud), look, place, number)
-            return replace(thing, cloud=replace(thing.cloud, phase=phase))
+    def _object(self, obj: ObjectFrame, number: int, look: int) -> ObjectFrame:
+        place = list(self.scene.object_names).index(obj.name)
+        if obj.body is None or obj.ids is None:
+            phase = _phases(len(obj.cloud), look, place, number)
+            return replace(obj, cloud=replace(obj.cloud, phase=phase))
         body = self._same_body(
-            (thing.name, look),
-            thing.body,
+            (obj.name, look),
+            obj.body,
             lambda body: replace(body, phase=_phases(len(body), look, place)),
         )
-        cloud = replace(thing.cloud, phase=body.phase[thing.ids])
-        return replace(thing, cloud=cloud, body=body)
+        cloud = replace(obj.cloud, phase=body.phase[obj.ids])
+        return replace(obj, cloud=cloud, body=body)
 
 
 def _phases(count: int, *seeds: int) -> NDArray[np.float64]:

@@ -64,10 +64,10 @@ def load_scene(
         return car_house(name) if form == "points" else car_house_rgbd(name)
     if is_python_name(name):
         return python_scene(name)
-    from chrmc.scene.sources.things import is_thing, load_things
+    from chrmc.scene.sources.files import is_source, load_sources
 
-    if len(words) > 1 or is_thing(name):
-        return load_things(
+    if len(words) > 1 or is_source(name):
+        return load_sources(
             words, form, slm=slm, wavelength=wavelength, density=density, points=points, fit=fit
         )
     folder = Path(name)

@@ -20,20 +20,20 @@ MADE_OF = "made_of"
 class Origin:
     """Files and text, and how they were read.
 
-    things : words as `load_scene` takes them, none of them a built-in name or a Python file
+    sources : words as `load_scene` takes them, none of them a built-in name or a Python file
     form : "points" or "rgbd"; options : density, points and fit, as `load_scene` takes them
     notes : what was understood, a sentence each
     """
 
-    things: tuple[str, ...]
+    sources: tuple[str, ...]
     form: str
     options: Mapping[str, Any]
     notes: tuple[str, ...] = ()
 
     def described(self) -> dict[str, Any]:
-        """For the manifest: every thing's place on this machine and the SHA-256 of its content."""
+        """For the manifest: every source's place on this machine and the SHA-256 of its content."""
         return {
-            "things": [_thing(words) for words in self.things],
+            "things": [_recorded(words) for words in self.sources],
             "form": self.form,
             "options": {name: self.options.get(name, value) for name, value in SIZED.items()},
             "notes": list(self.notes),
@@ -51,29 +51,29 @@ def opened(
 
 
 def origin_of(
-    things: Sequence[str], form: str, options: Mapping[str, Any], scene: Scene
+    sources: Sequence[str], form: str, options: Mapping[str, Any], scene: Scene
 ) -> Origin | str | None:
     """What a scene was made of: files, or FILE.py:NAME; None where its name says all."""
-    if is_python_name(things[0]):
-        return things[0]
-    if things[0] in BUILT_IN:
+    if is_python_name(sources[0]):
+        return sources[0]
+    if sources[0] in BUILT_IN:
         return None
     notes = tuple(str(note) for note in getattr(scene, "notes", ()))
-    return Origin(tuple(things), form, options, notes)
+    return Origin(tuple(sources), form, options, notes)
 
 
 def scene_made_of(
-    record: Mapping[str, Any], slm: SLM, wavelength: float, things: Sequence[str] = ()
+    record: Mapping[str, Any], slm: SLM, wavelength: float, sources: Sequence[str] = ()
 ) -> Scene:
     """The scene that a manifest's `made_of` speaks of.
 
-    things : where its files are by now, default where they were; ones that were found by the
+    sources : where its files are by now, default where they were; ones that were found by the
         record must have the content that they had, so that a manifest opens nothing else
 
     Raises ValueError or OSError in one line.
     """
     try:
-        words = list(things) or [_found(entry) for entry in record["things"]]
+        words = list(sources) or [_found(entry) for entry in record["things"]]
         options = {name: record["options"][name] for name in SIZED}
         form = str(record["form"])
     except (KeyError, TypeError) as error:
@@ -85,7 +85,7 @@ def scene_made_of(
 
 
 def _found(entry: Mapping[str, Any]) -> str:
-    """A thing where it was, unchanged."""
+    """A source where it was, unchanged."""
     words = str(entry["thing"])
     if entry.get("path") is None:
         if _place(words)[0] is not None:
@@ -102,7 +102,7 @@ def _found(entry: Mapping[str, Any]) -> str:
     return str(path) + _place(words)[1]
 
 
-def _thing(words: str) -> dict[str, Any]:
+def _recorded(words: str) -> dict[str, Any]:
     path, _ = _place(words)
     if path is None:
         return {"thing": words, "path": None, "sha256": None}

@@ -117,7 +117,7 @@ class PointCloud:
             LC-R 1080
         points : on the whole surface of a mesh, default what the SLM resolves
         """
-        from chrmc.scene.sources.things import cloud_from_file
+        from chrmc.scene.sources.files import cloud_from_file
 
         return cloud_from_file(path, fit, points)
 

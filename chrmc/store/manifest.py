@@ -108,21 +108,21 @@ def checked_frame(entry: Any) -> dict[str, Any]:
 
 
 def _object(number: int, entry: Any) -> dict[str, Any]:
-    thing = dict(_mapping(f"frame {number}: an object", entry))
+    obj = dict(_mapping(f"frame {number}: an object", entry))
     where = f"frame {number}: an object's"
-    thing["name"] = _text(f"{where} name", thing.get("name"))
-    if thing.get("position") is not None:
-        thing["position"] = _numbers(f"{where} position", thing["position"], 3)
-    if thing.get("depth") is not None:
-        thing["depth"] = real(f"{where} depth", thing["depth"])
-    if thing.get("power") is not None:
-        thing["power"] = POWER.of(thing["power"])
-    if thing.get("box") is not None:
-        corners = thing["box"]
+    obj["name"] = _text(f"{where} name", obj.get("name"))
+    if obj.get("position") is not None:
+        obj["position"] = _numbers(f"{where} position", obj["position"], 3)
+    if obj.get("depth") is not None:
+        obj["depth"] = real(f"{where} depth", obj["depth"])
+    if obj.get("power") is not None:
+        obj["power"] = POWER.of(obj["power"])
+    if obj.get("box") is not None:
+        corners = obj["box"]
         if not isinstance(corners, list) or len(corners) != 2:
             raise ValueError(f"{where} box must be two corners, not {short(corners)}")
-        thing["box"] = [_numbers(f"{where} box", corner, 3) for corner in corners]
-    return thing
+        obj["box"] = [_numbers(f"{where} box", corner, 3) for corner in corners]
+    return obj
 
 
 def _response(value: Any) -> dict[str, Any]:

@@ -44,9 +44,9 @@ def summary(video: Video) -> Iterator[str]:
         "costs none; one that is added, and one taken out again, count one each)"
     )
     shares: dict[str, list[float]] = {}
-    for thing in (o for e in entries for o in e["objects"]):
-        if "coverage" in thing:
-            shares.setdefault(thing["name"], []).append(thing["coverage"])
+    for obj in (o for e in entries for o in e["objects"]):
+        if "coverage" in obj:
+            shares.setdefault(obj["name"], []).append(obj["coverage"])
     for name, found in shares.items():
         yield f"{name}: its fringes cover {min(found):.0%} to {max(found):.0%} of the panel"
     checked = [e["error_pixels"] for e in entries if e.get("error_pixels")]

@@ -43,12 +43,12 @@ def video(tmp_path_factory):
     for number in (1, 2, 3):
         cloud = cloud_of(number) if number < 3 else PointCloud.empty()
         record = FrameRecord(number)
-        thing = {"name": "cluster", "position": None, "depth": None}
+        obj = {"name": "cluster", "position": None, "depth": None}
         if len(cloud):
             p = cloud.positions
-            thing["position"], thing["depth"] = cloud.centroid.tolist(), cloud.centroid[2]
-            thing["box"] = [p.min(axis=0).tolist(), p.max(axis=0).tolist()]
-        record.objects = [thing]
+            obj["position"], obj["depth"] = cloud.centroid.tolist(), cloud.centroid[2]
+            obj["box"] = [p.min(axis=0).tolist(), p.max(axis=0).tolist()]
+        record.objects = [obj]
         field = compute_field(cloud, SLM_, LAMBDA, passband=band, method="rt")
         group.add(record, encode(field, SLM_, scale=SCALE))
     group.save()

@@ -29,8 +29,8 @@ def test_the_map_is_in_the_manifest_and_the_verdict_uses_it(car_house):
 
 def test_a_video_without_maps_is_judged_by_its_built_in_scene(car_house, tmp_path):
     manifest = json.loads((car_house.folder / "manifest.json").read_text())
-    for thing in manifest["frames"][0]["objects"]:
-        del thing["light"]
+    for obj in manifest["frames"][0]["objects"]:
+        del obj["light"]
     (tmp_path / "manifest.json").write_text(json.dumps(manifest))
     name = manifest["frames"][0]["file"]
     (tmp_path / name).write_bytes((car_house.folder / name).read_bytes())

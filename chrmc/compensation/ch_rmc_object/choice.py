@@ -96,10 +96,10 @@ def choose(
 
     What both ways share, nodes to pixels, is not in the costs.
     """
-    thing = plan.thing
-    count = len(thing.cloud)
+    obj = plan.obj
+    count = len(obj.cloud)
     nodes = len(plan.axes[0].nodes), len(plan.axes[1].nodes)
-    fresh = cost_of_sums(bounding_box(thing.cloud.positions), count, nodes, plane)
+    fresh = cost_of_sums(bounding_box(obj.cloud.positions), count, nodes, plane)
     fresh += _SERIES + _POINT * count
     if count >= MANY_POINTS and not any(plan.from_points):
         fresh = min(fresh, _TRANSFORMS[0] + _TRANSFORMS[1] * count)
@@ -300,11 +300,11 @@ class Patience:
         self._until.pop(name, None)
 
 
-def poses_ahead(scene: Scene, thing: ObjectFrame, later: Sequence[int]) -> list[Pose]:
+def poses_ahead(scene: Scene, obj: ObjectFrame, later: Sequence[int]) -> list[Pose]:
     """An object's poses in the frames to come, as far as the scene can tell."""
     poses: list[Pose] = []
     for number in later[:LOOK_AHEAD]:
-        pose = scene.pose(thing.name, number)
+        pose = scene.pose(obj.name, number)
         if pose is None:
             break
         poses.append(pose)

@@ -59,7 +59,7 @@ class ObjectCost:
 
 def cost(
     scene: Scene,
-    things: Sequence[ObjectFrame],
+    objects: Sequence[ObjectFrame],
     later: range,
     slm: SLM,
     wavelength: float,
@@ -70,7 +70,7 @@ def cost(
 ) -> list[ObjectCost]:
     """Of each object over some frames.
 
-    things : the objects of the first frame; later : the numbers of the others
+    objects : the objects of the first frame; later : the numbers of the others
     """
     window = Window.full(slm)
     plane, lines = plane_of(slm, wavelength, window, coding.passband), lines_of(slm, window)
@@ -79,30 +79,30 @@ def cost(
     known: dict[tuple[float, ...], tuple[int, OperationCounts]] = {}
     out: list[ObjectCost] = []
     chosen: list[tuple[int, Choice]] = []
-    for thing in sorted(things, key=lambda thing: -len(thing.cloud)):
-        if not len(thing.cloud):
+    for obj in sorted(objects, key=lambda obj: -len(obj.cloud)):
+        if not len(obj.cloud):
             continue
-        own = replace(plane, points=len(thing.cloud))
-        alike = _size(thing.cloud)
+        own = replace(plane, points=len(obj.cloud))
+        alike = _size(obj.cloud)
         if alike not in known:
-            some, each = some_of(thing.cloud)
+            some, each = some_of(obj.cloud)
             parts = split(some, own, each)
-            counts = cost_of(thing.cloud, lines, own, tolerance, parts, each)
+            counts = cost_of(obj.cloud, lines, own, tolerance, parts, each)
             known[alike] = len(parts), counts
         waves, fresh = known[alike]
 
         def afresh(
-            how: str, steps: float = 0.0, frames: int = always, name: str = thing.name,
+            how: str, steps: float = 0.0, frames: int = always, name: str = obj.name,
             fresh: OperationCounts = fresh,
         ) -> None:  # fmt: skip
             key = fresh + OperationCounts(calls=steps)
             out.append(ObjectCost(name, key, fresh, frames, how))
 
-        how = rest(scene, thing, later)
+        how = rest(scene, obj, later)
         if how:
-            out.append(ObjectCost(thing.name, fresh, OperationCounts(), always, how))
+            out.append(ObjectCost(obj.name, fresh, OperationCounts(), always, how))
             continue
-        if thing.body is None or thing.ids is None or thing.pose is None:
+        if obj.body is None or obj.ids is None or obj.pose is None:
             afresh("afresh: its points are not known again")
             continue
         if waves > 1:
@@ -111,20 +111,20 @@ def cost(
             how = f"afresh, most likely: its light takes {waves} reference waves"
             afresh(how, _FOUND_OUT)
             continue
-        if len(thing.cloud) <= _FEW:
+        if len(obj.cloud) <= _FEW:
             # Both ways take about as long, and finding out which is less takes longer.
             afresh("afresh, or from its sphere where that takes less", choosing)
             continue
         aim = AIM * tolerance
-        body = thing.body
+        body = obj.body
         outline = outline_of(body.select(slice(None, None, max(1, len(body) // _SOME))))
-        plan = planned(thing, outline, lines, own, aim)
+        plan = planned(obj, outline, lines, own, aim)
         if len(chosen) < _CHOSEN:
-            poses = [thing.pose, *poses_ahead(scene, thing, later)]
+            poses = [obj.pose, *poses_ahead(scene, obj, later)]
             choice = choose(plan, outline, poses, lines, plane, aim)
-            chosen.append((len(thing.cloud), choice))
+            chosen.append((len(obj.cloud), choice))
         else:
-            choice = min(chosen, key=lambda c: abs(c[0] - len(thing.cloud)))[1]
+            choice = min(chosen, key=lambda c: abs(c[0] - len(obj.cloud)))[1]
             choice = replace(choice, why=f"as for a body of {chosen[-1][0]} points: {choice.why}")
         if choice.parts is None:
             afresh(f"afresh: {choice.why}", choosing, choice.frames)
@@ -135,12 +135,10 @@ def cost(
         sums = sums_of(fresh, shown)
         part = choice.reused / choice.fresh
         later_part = max(part - _KEY / choice.frames, 0.3 * part)
-        look = OperationCounts(
-            phasors=_WAVE * looked_at(len(thing.cloud), tolerance), calls=_LOOK_UP
-        )
+        look = OperationCounts(phasors=_WAVE * looked_at(len(obj.cloud), tolerance), calls=_LOOK_UP)
         others = sums.times(later_part) + shown + look
         key = others + sums.times(_KEY) + OperationCounts(calls=choosing)
-        out.append(ObjectCost(thing.name, key, others, choice.frames, choice.why))
+        out.append(ObjectCost(obj.name, key, others, choice.frames, choice.why))
     return out
 
 
@@ -167,12 +165,12 @@ def looked_at(points: int, tolerance: float) -> float:
     return waves_looked_at(points, tolerance) * (1.0 if points <= LOOKED else 1 / SOMETIMES)
 
 
-def rest(scene: Scene, thing: ObjectFrame, later: range) -> str:
+def rest(scene: Scene, obj: ObjectFrame, later: range) -> str:
     """Words for an object that does the same in all frames to come; none for another."""
     if not len(later):
         return ""
-    if thing.pose is not None and thing.body is not None:
-        ahead = poses_ahead(scene, thing, later)
-        return "it rests" if ahead and all(pose.same_as(thing.pose) for pose in ahead) else ""
-    after = next((o for o in scene.frame(later[0]).objects if o.name == thing.name), None)
-    return "it rests" if after is not None and same_light(thing, after) else ""
+    if obj.pose is not None and obj.body is not None:
+        ahead = poses_ahead(scene, obj, later)
+        return "it rests" if ahead and all(pose.same_as(obj.pose) for pose in ahead) else ""
+    after = next((o for o in scene.frame(later[0]).objects if o.name == obj.name), None)
+    return "it rests" if after is not None and same_light(obj, after) else ""

@@ -90,12 +90,12 @@ class Group:
 
     def factor(self, plan: Plan, record: FrameRecord) -> tuple[Factor, Budget]:
         """A frame's low-rank factor and its expected error. Raises NotCovered."""
-        thing, wave, axes = plan.thing, plan.wave, plan.axes
-        pose = thing.pose
-        assert pose is not None and thing.ids is not None
+        obj, wave, axes = plan.obj, plan.wave, plan.axes
+        pose = obj.pose
+        assert pose is not None and obj.ids is not None
         with record.stage("PE"):
             visible = np.zeros(len(self._visible), dtype=bool)
-            visible[thing.ids] = True
+            visible[obj.ids] = True
             appeared = int(np.count_nonzero(visible & ~self._visible))
             vanished = int(np.count_nonzero(self._visible & ~visible))
         with record.stage("RMC"):
@@ -200,7 +200,7 @@ class Group:
             if len(rows) and len(columns):
                 reference = plan.wave.reference
                 real, imag, _ = sum_points(
-                    plan.thing.cloud, (along_x, along_y), reference, self._plane, plan.aim
+                    plan.obj.cloud, (along_x, along_y), reference, self._plane, plan.aim
                 )
                 values[np.ix_(rows, columns)] = real + 1j * imag
         pixels_x, pixels_y = (_pixels(axis) for axis in axes)

@@ -36,7 +36,7 @@ class Plan:
     from_points : strips along x, along y that no filter is good enough for
     """
 
-    thing: ObjectFrame
+    obj: ObjectFrame
     aim: float
     wave: Wave
     axes: Axes
@@ -79,25 +79,25 @@ def outline_of(body: PointCloud) -> Outline:
 
 
 def planned(
-    thing: ObjectFrame, outline: Outline, targets: tuple[Line, Line], plane: Plane, aim: float
+    obj: ObjectFrame, outline: Outline, targets: tuple[Line, Line], plane: Plane, aim: float
 ) -> Plan:
     """A frame's reference wave, its nodes, and how they are read off the plain baseband."""
-    assert thing.pose is not None
-    cx, cy, cz = thing.pose.apply(outline.middle[None])[0].tolist()
-    cloud = rim = thing.cloud
+    assert obj.pose is not None
+    cx, cy, cz = obj.pose.apply(outline.middle[None])[0].tolist()
+    cloud = rim = obj.cloud
     scale = 1.0
     if len(cloud) > _MANY:
         cloud = cloud.select(slice(None, None, len(cloud) // _MANY))
-        scale = float(thing.cloud.amplitude @ thing.cloud.amplitude)
+        scale = float(obj.cloud.amplitude @ obj.cloud.amplitude)
         scale /= max(float(cloud.amplitude @ cloud.amplitude), 1e-300)
-        outer = thing.pose.apply(outline.rim)
+        outer = obj.pose.apply(outline.rim)
         rim = PointCloud(outer, np.ones(len(outer)), np.zeros(len(outer)))
     box = bounding_box(rim.positions)
     reference = reference_at((cx, cy, cz), box, plane)
     axes = cluster_axes(rim, reference, targets, plane, aim)
     read = readings_of(axes, reference, box, cloud, targets, plane, aim, scale)
     return Plan(
-        thing, aim, Wave(reference, plane.wavelength, plane.reach), axes, read.along,
+        obj, aim, Wave(reference, plane.wavelength, plane.reach), axes, read.along,
         cloud, scale, read.missed, read.from_points,
     )  # fmt: skip
 

@@ -52,7 +52,7 @@ class _Track:
     version : another for each time it is worked out
     """
 
-    thing: ObjectFrame
+    obj: ObjectFrame
     factors: list[Factor]
     budget: Budget
     group: Group | None
@@ -125,24 +125,24 @@ class _Maker:
             total = Budget(0.0, 0.0)
             tracks: list[_Track] = []
             moved: set[str] = set()
-            for thing in scene_frame.objects:
-                if len(thing.cloud) == 0:
+            for obj in scene_frame.objects:
+                if len(obj.cloud) == 0:
                     continue
-                track = self._tracks.get(thing.name)
+                track = self._tracks.get(obj.name)
                 with record.stage("PE"):
-                    same = track is not None and same_light(track.thing, thing)
+                    same = track is not None and same_light(track.obj, obj)
                 if track is None or not same:
-                    moved.add(thing.name)
-                    track = self._follow(track, thing, number, record)
-                    self._tracks.pop(thing.name, None)
-                    self._tracks[thing.name] = track  # last, as the latest that was made
+                    moved.add(obj.name)
+                    track = self._follow(track, obj, number, record)
+                    self._tracks.pop(obj.name, None)
+                    self._tracks[obj.name] = track  # last, as the latest that was made
                 tracks.append(track)
                 total += track.budget
             tracks, total = self._together(tracks, scene_frame.cloud, record, total)
             record.error_predicted = total.relative
-            names = {track.thing.name: track.version for track in tracks}
+            names = {track.obj.name: track.version for track in tracks}
             still = {name: version for name, version in names.items() if name not in moved}
-            objects = [(track.thing.name in still, track.factors) for track in tracks]
+            objects = [(track.obj.name in still, track.factors) for track in tracks]
             yield VideoFrame(
                 scene_frame,
                 record,
@@ -152,35 +152,35 @@ class _Maker:
 
     @alone
     def _follow(
-        self, track: _Track | None, thing: ObjectFrame, number: int, record: FrameRecord
+        self, track: _Track | None, obj: ObjectFrame, number: int, record: FrameRecord
     ) -> _Track:
         """The object's factors in a frame: looked up if its group covers it, else keyed anew."""
-        if thing.body is None or thing.ids is None or thing.pose is None:
-            self._check(thing.cloud)
-            return self._afresh(thing, record, "its points are not known again")
-        outline = self._outline(thing.name, thing.body)
-        self._check_body(thing, outline)
+        if obj.body is None or obj.ids is None or obj.pose is None:
+            self._check(obj.cloud)
+            return self._afresh(obj, record, "its points are not known again")
+        outline = self._outline(obj.name, obj.body)
+        self._check_body(obj, outline)
         group = None if track is None else track.group
-        if group is not None and group.body is thing.body:
+        if group is not None and group.body is obj.body:
             count = self._numbers.index(number)
             # Nodes that turn out too few for this frame are no reason for a key frame.
             for share in (AIM, 0.4 * AIM):
-                found = self._looked_up(group, thing, outline, share * self._tolerance, record)
+                found = self._looked_up(group, obj, outline, share * self._tolerance, record)
                 if found is None:
                     break
                 factor, budget = found
-                if self._promise.kept(factor, thing.cloud, budget, count):
-                    self._book(group, thing, record)
-                    return self._track(thing, [factor], budget, group)
-        elif track is not None and not self._patience.over(thing.name, number):
-            return self._afresh(thing, record, "")
+                if self._promise.kept(factor, obj.cloud, budget, count):
+                    self._book(group, obj, record)
+                    return self._track(obj, [factor], budget, group)
+        elif track is not None and not self._patience.over(obj.name, number):
+            return self._afresh(obj, record, "")
         later = [n for n in self._numbers if n > number]
-        ahead = poses_ahead(self._scene, thing, later)
-        before = None if track is None else track.thing.pose
-        rested = before is not None and before.same_as(thing.pose)
-        if not rested and all(pose.same_as(thing.pose) for pose in ahead):
-            return self._afresh(thing, record, "it rests")  # and may do so all the time
-        return self._keyed(thing, outline, [thing.pose, *ahead], number, record)
+        ahead = poses_ahead(self._scene, obj, later)
+        before = None if track is None else track.obj.pose
+        rested = before is not None and before.same_as(obj.pose)
+        if not rested and all(pose.same_as(obj.pose) for pose in ahead):
+            return self._afresh(obj, record, "it rests")  # and may do so all the time
+        return self._keyed(obj, outline, [obj.pose, *ahead], number, record)
 
     def _outline(self, name: str, body: PointCloud) -> Outline:
         kept = self._outlines.get(name)
@@ -191,18 +191,18 @@ class _Maker:
     def _check(self, cloud: PointCloud) -> None:
         check_showable(cloud, self._slm, self._wavelength, self._coding.passband)
 
-    def _check_body(self, thing: ObjectFrame, outline: Outline) -> None:
+    def _check_body(self, obj: ObjectFrame, outline: Outline) -> None:
         """What can be shown is convex, so that the rim speaks for all points inside."""
-        assert thing.pose is not None
-        rim = thing.pose.apply(outline.rim)
+        assert obj.pose is not None
+        rim = obj.pose.apply(outline.rim)
         try:
             self._check(PointCloud(rim, np.ones(len(rim)), np.zeros(len(rim))))
         except ValueError:
-            self._check(thing.cloud)
+            self._check(obj.cloud)
 
     def _keyed(
         self,
-        thing: ObjectFrame,
+        obj: ObjectFrame,
         outline: Outline,
         poses: list[Pose],
         number: int,
@@ -212,28 +212,28 @@ class _Maker:
         aim = AIM * self._tolerance
         for _ in range(3):
             with record.stage("CON"):
-                plan = planned(thing, outline, self._targets, self._plane, aim)
-                free = self._room(thing.name)
+                plan = planned(obj, outline, self._targets, self._plane, aim)
+                free = self._room(obj.name)
                 choice = choose(
                     plan, outline, poses, self._targets, self._plane, aim, free, self._always
                 )
                 if choice.parts is None:
-                    self._patience.put_off(thing.name, number, choice.frames)
-                    return self._afresh(thing, record, choice.why)
+                    self._patience.put_off(obj.name, number, choice.frames)
+                    return self._afresh(obj, record, choice.why)
                 ahead = poses[: choice.frames]
                 group = Group(plan, outline, ahead, choice.parts, self._targets, self._plane, aim)
-            found = self._looked_up(group, thing, outline, aim, record, plan)
+            found = self._looked_up(group, obj, outline, aim, record, plan)
             if found is None:
                 break
             factor, budget = found
-            if self._promise.kept(factor, thing.cloud, budget, None):
-                self._patience.end(thing.name)
-                self._book_key(thing, record)
-                record.reuse[thing.name] = choice.why
-                return self._track(thing, [factor], budget, group)
+            if self._promise.kept(factor, obj.cloud, budget, None):
+                self._patience.end(obj.name)
+                self._book_key(obj, record)
+                record.reuse[obj.name] = choice.why
+                return self._track(obj, [factor], budget, group)
             aim *= max(0.5 * self._tolerance / budget.relative, 1e-3)
-        self._patience.put_off(thing.name, number, 8)
-        return self._afresh(thing, record, "a sphere would not be exact enough")
+        self._patience.put_off(obj.name, number, 8)
+        return self._afresh(obj, record, "a sphere would not be exact enough")
 
     def _together(
         self, tracks: list[_Track], cloud: PointCloud, record: FrameRecord, total: Budget
@@ -249,8 +249,8 @@ class _Maker:
                 cancels = self._promise.broken_together(factors, cloud, total)
             whole = None
             if cancels:
-                thing = ObjectFrame("all objects", cloud)
-                whole = self._afresh(thing, record, "their sum is less exact than each")
+                obj = ObjectFrame("all objects", cloud)
+                whole = self._afresh(obj, record, "their sum is less exact than each")
             self._whole = versions, whole
         return (tracks, total) if whole is None else ([whole], whole.budget)
 
@@ -272,7 +272,7 @@ class _Maker:
     def _looked_up(
         self,
         group: Group,
-        thing: ObjectFrame,
+        obj: ObjectFrame,
         outline: Outline,
         aim: float,
         record: FrameRecord,
@@ -281,7 +281,7 @@ class _Maker:
         """A frame from a group; None where the group does not reach."""
         if plan is None:
             with record.stage("PA"):
-                plan = planned(thing, outline, self._targets, self._plane, aim)
+                plan = planned(obj, outline, self._targets, self._plane, aim)
         try:
             return group.factor(plan, record)
         except NotCovered:
@@ -289,36 +289,36 @@ class _Maker:
 
     def _track(
         self,
-        thing: ObjectFrame,
+        obj: ObjectFrame,
         factors: list[Factor],
         budget: Budget,
         group: Group | None,
     ) -> _Track:
         self._versions += 1
-        return _Track(thing, factors, budget, group, self._versions)
+        return _Track(obj, factors, budget, group, self._versions)
 
-    def _afresh(self, thing: ObjectFrame, record: FrameRecord, why: str) -> _Track:
+    def _afresh(self, obj: ObjectFrame, record: FrameRecord, why: str) -> _Track:
         """An object's factors straight from its points."""
         with record.stage("HC"):
             low = low_rank(
-                thing.cloud,
+                obj.cloud,
                 self._slm,
                 self._wavelength,
                 self._window,
                 self._coding.passband,
                 tolerance=self._tolerance,
             )
-        self._book_key(thing, record)
-        record.reuse[thing.name] = f"afresh: {why}" if why else "afresh"
-        return self._track(thing, low.factors, low.budget, None)
+        self._book_key(obj, record)
+        record.reuse[obj.name] = f"afresh: {why}" if why else "afresh"
+        return self._track(obj, low.factors, low.budget, None)
 
-    def _book_key(self, thing: ObjectFrame, record: FrameRecord) -> None:
+    def _book_key(self, obj: ObjectFrame, record: FrameRecord) -> None:
         record.key = True
-        record.points_computed += len(thing.cloud)
-        record.points_added += len(thing.cloud)
-        record.point_pixels += len(thing.cloud) * self._slm.width * self._slm.height
+        record.points_computed += len(obj.cloud)
+        record.points_added += len(obj.cloud)
+        record.point_pixels += len(obj.cloud) * self._slm.width * self._slm.height
 
-    def _book(self, group: Group, thing: ObjectFrame, record: FrameRecord) -> None:
+    def _book(self, group: Group, obj: ObjectFrame, record: FrameRecord) -> None:
         """Count what a frame from a group took."""
         count = group.count
         changed = count.appeared + count.vanished
@@ -326,8 +326,8 @@ class _Maker:
         record.points_computed += changed
         record.points_added += count.appeared
         record.points_removed += count.vanished
-        record.point_pixels += changed * pixels + len(thing.cloud) * count.soft
+        record.point_pixels += changed * pixels + len(obj.cloud) * count.soft
         record.blank_share = max(record.blank_share, count.soft / pixels)
-        record.reuse[thing.name] = "from its sphere" + (
+        record.reuse[obj.name] = "from its sphere" + (
             f", {count.directions} points summed in new directions" if count.directions else ""
         )

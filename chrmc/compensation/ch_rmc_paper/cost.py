@@ -52,17 +52,17 @@ def cost(
     key = method.cost(first.cloud, slm, wavelength, whole, passband)
     later = OperationCounts(bytes=16.0 * whole.size * len(first.objects))
     wrong, light = 0.0, 0.0
-    for thing in first.objects:
-        if not len(thing.cloud):
+    for obj in first.objects:
+        if not len(obj.cloud):
             continue
-        own = float(expected_power(thing.cloud, slm, wavelength, passband).sum())
+        own = float(expected_power(obj.cloud, slm, wavelength, passband).sum())
         light += own
-        path = _path(scene, thing, numbers[:_FRAMES])
+        path = _path(scene, obj, numbers[:_FRAMES])
         if path is None:
             return None
         found = motions(path)
         moves = [found.get(n) for n in range(2, len(path) + 1)]
-        outline = thing.cloud.select(slice(None, None, max(1, len(thing.cloud) // _MANY)))
+        outline = obj.cloud.select(slice(None, None, max(1, len(obj.cloud) // _MANY)))
         if any(isinstance(move, Rotation) for move in moves):
             wrong += own * _missed(outline, path, moves, slm, wavelength, passband)
         move = next((m for m in moves if m is not None), None)
@@ -72,14 +72,14 @@ def cost(
         reused = carried_window(outline, moved(outline, move), move, slm, wavelength, passband)
         lit = extent(outline, slm, wavelength, passband)
         for blank in difference(lit, intersection(reused, lit)):
-            later += method.cost(thing.cloud, slm, wavelength, blank, passband)
+            later += method.cost(obj.cloud, slm, wavelength, blank, passband)
     error = float(np.sqrt(wrong / light)) if light > 0 else 0.0
     return VideoCost(DEFAULT_METHOD, key, later, len(numbers), error)
 
 
-def _path(scene: Scene, thing: ObjectFrame, numbers: range) -> Floats | None:
+def _path(scene: Scene, obj: ObjectFrame, numbers: range) -> Floats | None:
     """(N, 3) where an object is in some frames."""
-    poses = [scene.pose(thing.name, number) for number in numbers]
+    poses = [scene.pose(obj.name, number) for number in numbers]
     known = [pose.translation for pose in poses if pose is not None]
     return np.array(known) if len(known) == len(poses) else None
 

@@ -56,24 +56,24 @@ def image_measures(
         field: NDArray[np.complex64], again: NDArray[np.complex64], scene_frame: SceneFrame
     ) -> dict[str, Any]:
         out = {}
-        for thing in scene_frame.objects:
-            if not thing.cloud.amplitude.any():
+        for obj in scene_frame.objects:
+            if not obj.cloud.amplitude.any():
                 continue
-            part, inner = _area(thing, slm)
+            part, inner = _area(obj, slm)
             if part.size == 0:
                 continue
-            a, b = (image(f, part, thing.depth) for f in (field, again))
-            out[thing.name] = _compare(a, b, inner, slm, wavelength, thing.depth)
+            a, b = (image(f, part, obj.depth) for f in (field, again))
+            out[obj.name] = _compare(a, b, inner, slm, wavelength, obj.depth)
         return out
 
     return measure
 
 
-def _area(thing: ObjectFrame, slm: SLM) -> tuple[Window, tuple[slice, slice]]:
+def _area(obj: ObjectFrame, slm: SLM) -> tuple[Window, tuple[slice, slice]]:
     """The window that holds an object and its defocus, and the object's part of that window."""
     spans, inner = [], []
     for axis, count in ((1, slm.height), (0, slm.width)):
-        at = thing.cloud.positions[:, axis] / slm.pixel_pitch + (count - 1) / 2
+        at = obj.cloud.positions[:, axis] / slm.pixel_pitch + (count - 1) / 2
         low = max(0, floor(at.min()) - MARGIN)
         high = min(count, ceil(at.max()) + MARGIN + 1)
         if high <= low:

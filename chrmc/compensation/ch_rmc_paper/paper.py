@@ -111,35 +111,35 @@ class _Work:
             field[part.slices] += sign * self.compute(cloud, part)
             record.point_pixels += len(cloud) * part.size
 
-    def key(self, thing: ObjectFrame, record: FrameRecord) -> Track:
+    def key(self, obj: ObjectFrame, record: FrameRecord) -> Track:
         """The object computed afresh."""
         field = np.zeros(self.slm.shape, dtype=np.complex64)
         with record.stage("HC"):
-            self.add(field, thing.cloud, Window.full(self.slm), record)
-        record.points_computed += len(thing.cloud)
-        record.points_added += len(thing.cloud)
-        return Track(field, thing.cloud, thing.ids)
+            self.add(field, obj.cloud, Window.full(self.slm), record)
+        record.points_computed += len(obj.cloud)
+        record.points_added += len(obj.cloud)
+        return Track(field, obj.cloud, obj.ids)
 
     def advance(
-        self, track: Track, thing: ObjectFrame, motion: Motion, record: FrameRecord
+        self, track: Track, obj: ObjectFrame, motion: Motion, record: FrameRecord
     ) -> tuple[Track, dict[str, Any]]:
         """The object one frame on, and notes on it."""
         slm, passband = self.slm, self.coding.passband
         with record.stage("EC"):
             after = moved(track.cloud, motion)
-            both = None if track.ids is None or thing.ids is None else (track.ids, thing.ids)
+            both = None if track.ids is None or obj.ids is None else (track.ids, obj.ids)
             matching = match(
-                after, thing.cloud, self.rule, self.pixel_pitch, self.plane_spacing, both
+                after, obj.cloud, self.rule, self.pixel_pitch, self.plane_spacing, both
             )
-            ratio = snr(after, thing.cloud, matching)
+            ratio = snr(after, obj.cloud, matching)
             correct = ratio < self.snr_threshold
             removed = after.select(matching.wrong)
-            added = thing.cloud.select(matching.missing)
+            added = obj.cloud.select(matching.missing)
             shown, ids = after, track.ids
             if correct:
                 shown = PointCloud.concatenate([after.select(~matching.wrong), added])
-                if track.ids is not None and thing.ids is not None:
-                    ids = np.concatenate([track.ids[~matching.wrong], thing.ids[matching.missing]])
+                if track.ids is not None and obj.ids is not None:
+                    ids = np.concatenate([track.ids[~matching.wrong], obj.ids[matching.missing]])
         notes = {"snr": float(ratio) if np.isfinite(ratio) else None, "corrected": bool(correct)}
         cylinder, blank, inexact = track.cylinder, 0, track.carried or motion is not None
         if motion is None:
@@ -253,16 +253,16 @@ def _frames(
         due = rekey_every is not None and number - last_key >= rekey_every
         before = tracks
         tracks, notes, moving = {}, {}, []
-        for thing in scene_frame.objects:
-            name = thing.name
+        for obj in scene_frame.objects:
+            name = obj.name
             motion = motions[name].get(number) if name in motions else None
             track = before.get(name)
-            unseen = track is None or len(track.cloud) == 0 or len(thing.cloud) == 0
+            unseen = track is None or len(track.cloud) == 0 or len(obj.cloud) == 0
             stale = track is not None and (track.carried or motion is not None)
             if track is None or unseen or (due and stale):
-                tracks[name] = work.key(thing, record)
+                tracks[name] = work.key(obj, record)
             else:
-                tracks[name], notes[name] = work.advance(track, thing, motion, record)
+                tracks[name], notes[name] = work.advance(track, obj, motion, record)
                 if motion is not None:
                     moving.append(name)
         field = _total(tracks, work)
@@ -271,10 +271,10 @@ def _frames(
             again, errors = _recomputed(tracks, scene_frame, work)
             _judge(record, field, again, scene_frame, measure)
             if _too_wrong(record, rekey_error, rekey_image):
-                for thing in scene_frame.objects:
-                    if tracks[thing.name].carried:
-                        tracks[thing.name] = work.key(thing, record)
-                        errors[thing.name] = 0.0
+                for obj in scene_frame.objects:
+                    if tracks[obj.name].carried:
+                        tracks[obj.name] = work.key(obj, record)
+                        errors[obj.name] = 0.0
                 field, record.key, moving = _total(tracks, work), True, []
                 _judge(record, field, again, scene_frame, measure)
             for name, error in errors.items():
@@ -310,9 +310,9 @@ def _total(tracks: dict[str, Track], work: _Work) -> NDArray[np.complex64]:
     return field
 
 
-def _truth(track: Track, thing: ObjectFrame) -> PointCloud:
+def _truth(track: Track, obj: ObjectFrame) -> PointCloud:
     """The points that the field should show: the scene's, or the carried ones (RGB-D)."""
-    return track.cloud if thing.ids is None else thing.cloud
+    return track.cloud if obj.ids is None else obj.cloud
 
 
 def _shown(tracks: dict[str, Track], scene_frame: SceneFrame) -> PointCloud:
@@ -327,10 +327,10 @@ def _recomputed(
     whole = Window.full(work.slm)
     field = np.zeros(work.slm.shape, dtype=np.complex64)
     errors = {}
-    for thing in scene_frame.objects:
-        track = tracks[thing.name]
-        own = work.compute(_truth(track, thing), whole) if track.carried else track.field
-        errors[thing.name] = relative_error(track.field, own)
+    for obj in scene_frame.objects:
+        track = tracks[obj.name]
+        own = work.compute(_truth(track, obj), whole) if track.carried else track.field
+        errors[obj.name] = relative_error(track.field, own)
         field += own
     return field, errors
 

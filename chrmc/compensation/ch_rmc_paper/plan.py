@@ -21,18 +21,18 @@ def plan(scene: Scene) -> dict[str, dict[int, Motion]]:
     known = {name: True for name in scene.object_names}
     places = {name: np.full((count, 3), np.nan) for name in scene.object_names}
     for number in range(1, count + 1):
-        for thing in scene.frame(number).objects:
-            places[thing.name][number - 1] = place(thing)
-            known[thing.name] &= thing.pose is not None
+        for obj in scene.frame(number).objects:
+            places[obj.name][number - 1] = place(obj)
+            known[obj.name] &= obj.pose is not None
     least = PIXEL_SHARE * scene.pixel_pitch
     return {name: motions(path, 0.0 if known[name] else least) for name, path in places.items()}
 
 
-def place(thing: ObjectFrame) -> NDArray[np.float64]:
+def place(obj: ObjectFrame) -> NDArray[np.float64]:
     """(3,) where the object is, metres; NaN when it is not seen."""
-    if len(thing.cloud) == 0:
+    if len(obj.cloud) == 0:
         return np.full(3, np.nan)
-    return thing.position if thing.pose is None else thing.pose.translation
+    return obj.position if obj.pose is None else obj.pose.translation
 
 
 def motions(path: NDArray[np.float64], least_noise: float = 0.0) -> dict[int, Motion]:

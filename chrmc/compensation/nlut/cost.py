@@ -58,11 +58,9 @@ class _Some:
     def frame(self, number: int) -> SceneFrame:
         return SceneFrame(number, tuple(map(self._part, self.scene.frame(number).objects)))
 
-    def _part(self, thing: ObjectFrame) -> ObjectFrame:
-        if thing.ids is not None:
-            kept = thing.ids % self.step == 0
-            return ObjectFrame(
-                thing.name, thing.cloud.select(kept), thing.body, thing.ids[kept], thing.pose
-            )
-        column, row = np.rint(thing.cloud.positions[:, :2].T / self.scene.pixel_pitch).astype(int)
-        return ObjectFrame(thing.name, thing.cloud.select((31 * row + column) % self.step == 0))
+    def _part(self, obj: ObjectFrame) -> ObjectFrame:
+        if obj.ids is not None:
+            kept = obj.ids % self.step == 0
+            return ObjectFrame(obj.name, obj.cloud.select(kept), obj.body, obj.ids[kept], obj.pose)
+        column, row = np.rint(obj.cloud.positions[:, :2].T / self.scene.pixel_pitch).astype(int)
+        return ObjectFrame(obj.name, obj.cloud.select((31 * row + column) % self.step == 0))

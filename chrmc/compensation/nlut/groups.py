@@ -160,7 +160,7 @@ def group_frames(
         record = FrameRecord(first)
         with record.stage("PE"):
             reference = scene.frame(first)
-            blocks = [b for thing in reference.objects for b in _cut(thing, matcher, search)]
+            blocks = [b for obj in reference.objects for b in _cut(obj, matcher, search)]
         general = []
         for number in others:
             own = FrameRecord(number, key=False)
@@ -178,20 +178,20 @@ def group_frames(
             yield VideoFrame(frame.scene_frame, own, make, shown=frame.shown)
 
 
-def _cut(thing: ObjectFrame, matcher: Matcher, search: Search) -> list[Block]:
+def _cut(obj: ObjectFrame, matcher: Matcher, search: Search) -> list[Block]:
     """An object's points by the square blocks of the scene's grid that they lie in."""
-    held = Held.of(thing)
+    held = Held.of(obj)
     if len(held) == 0:
         return []
     row, column = grid_index(
-        held.cloud, matcher.pixel_pitch, grid_offset(thing.cloud, matcher.pixel_pitch)
+        held.cloud, matcher.pixel_pitch, grid_offset(obj.cloud, matcher.pixel_pitch)
     )
     corner = np.stack([row, column], axis=1) // search.block
     corners, which = np.unique(corner, axis=0, return_inverse=True)
     which = which.reshape(-1)
     return [
         Block(
-            thing.name,
+            obj.name,
             (int(at[0]) * search.block, int(at[1]) * search.block),
             held.select(np.flatnonzero(which == i)),
         )
@@ -210,9 +210,9 @@ def _compensate(
     moves: list[Move] = [Move()] * len(blocks)
     carried = [block.points.cloud for block in blocks]
     corrections, shown = [], []
-    for thing in scene_frame.objects:
-        own = [i for i, block in enumerate(blocks) if block.name == thing.name]
-        vector = _vectors(thing, matcher, computer.slm, search)
+    for obj in scene_frame.objects:
+        own = [i for i, block in enumerate(blocks) if block.name == obj.name]
+        vector = _vectors(obj, matcher, computer.slm, search)
         parts = []
         for i in own:
             moves[i] = vector(blocks[i])
@@ -223,42 +223,42 @@ def _compensate(
             part = computer.visible(part)
             carried[i] = part.cloud
             parts.append(part)
-        held = _join(parts, thing)
-        after, correction = correct(held, thing, matcher)
+        held = _join(parts, obj)
+        after, correction = correct(held, obj, matcher)
         corrections.append(correction)
         shown.append(after.cloud)
     return Moving(scene_frame, moves, carried, corrections, PointCloud.concatenate(shown))
 
 
-def _join(parts: list[Held], thing: ObjectFrame) -> Held:
+def _join(parts: list[Held], obj: ObjectFrame) -> Held:
     if not parts:
-        return Held.empty(thing)
+        return Held.empty(obj)
     known = [part.ids for part in parts if part.ids is not None]
     ids = np.concatenate(known) if len(known) == len(parts) else None
     return Held(PointCloud.concatenate(part.cloud for part in parts), ids)
 
 
 def _vectors(
-    thing: ObjectFrame, matcher: Matcher, slm: SLM, search: Search
+    obj: ObjectFrame, matcher: Matcher, slm: SLM, search: Search
 ) -> Callable[[Block], Move]:
     """The function that finds a block's move into the object's present image."""
-    if len(thing.cloud) == 0:
+    if len(obj.cloud) == 0:
         return lambda block: Move()
-    if thing.ids is not None:
-        return partial(_known, thing=thing, slm=slm, search=search)
-    offset = grid_offset(thing.cloud, matcher.pixel_pitch)
-    image = image_of(thing.cloud, matcher.pixel_pitch, matcher.plane_spacing, offset)
+    if obj.ids is not None:
+        return partial(_known, obj=obj, slm=slm, search=search)
+    offset = grid_offset(obj.cloud, matcher.pixel_pitch)
+    image = image_of(obj.cloud, matcher.pixel_pitch, matcher.plane_spacing, offset)
     return partial(_searched, image=image, offset=offset, matcher=matcher, slm=slm, search=search)
 
 
-def _known(block: Block, thing: ObjectFrame, slm: SLM, search: Search) -> Move:
+def _known(block: Block, obj: ObjectFrame, slm: SLM, search: Search) -> Move:
     """The median displacement of points of known identity."""
-    if block.points.ids is None or thing.ids is None:
+    if block.points.ids is None or obj.ids is None:
         return Move()
-    _, i, j = np.intersect1d(block.points.ids, thing.ids, return_indices=True)
+    _, i, j = np.intersect1d(block.points.ids, obj.ids, return_indices=True)
     if len(i) == 0:
         return Move()
-    apart = thing.cloud.positions[j] - block.points.cloud.positions[i]
+    apart = obj.cloud.positions[j] - block.points.cloud.positions[i]
     dx, dy, dz = np.median(apart, axis=0)
     return to_pixels(dx, dy, slm, dz if search.planes else 0.0)
 

@@ -77,18 +77,18 @@ def frames(
         updates = []
         with record.stage("PE"):
             scene_frame = scene.frame(number)
-            for thing in scene_frame.objects:
-                before = held.get(thing.name, Held.empty(thing))
-                move = _vector(before, thing, matcher, slm, search, measure)
+            for obj in scene_frame.objects:
+                before = held.get(obj.name, Held.empty(obj))
+                move = _vector(before, obj, matcher, slm, search, measure)
                 after = Held(moved(before.cloud, move, slm, wavelength), before.ids)
                 after = computer.visible(after)
-                held[thing.name], correction = correct(after, thing, matcher)
+                held[obj.name], correction = correct(after, obj, matcher)
                 computer.book(record, correction)
                 blank = sum(window.size for window in strips(move, slm))
                 record.point_pixels += len(after) * blank
                 record.blank_share += blank / (slm.width * slm.height * len(scene_frame.objects))
-                updates.append(Update(thing.name, move, after.cloud, correction))
-        shown = PointCloud.concatenate(held[thing.name].cloud for thing in scene_frame.objects)
+                updates.append(Update(obj.name, move, after.cloud, correction))
+        shown = PointCloud.concatenate(held[obj.name].cloud for obj in scene_frame.objects)
         make = chain.then(
             partial(_update, updates=updates, computer=computer, record=record),
             partial(_total, slm=slm),
@@ -98,22 +98,22 @@ def frames(
 
 
 def _vector(
-    held: Held, thing: ObjectFrame, matcher: Matcher, slm: SLM, search: int, measure: str
+    held: Held, obj: ObjectFrame, matcher: Matcher, slm: SLM, search: int, measure: str
 ) -> Move:
     """How an object moved since the frame before."""
-    if len(held) == 0 or len(thing.cloud) == 0:
+    if len(held) == 0 or len(obj.cloud) == 0:
         return Move()
-    if held.ids is not None and thing.ids is not None:
-        _, i, j = np.intersect1d(held.ids, thing.ids, return_indices=True)
+    if held.ids is not None and obj.ids is not None:
+        _, i, j = np.intersect1d(held.ids, obj.ids, return_indices=True)
         if len(i) == 0:
             return Move()
-        apart = thing.cloud.positions[j] - held.cloud.positions[i]
+        apart = obj.cloud.positions[j] - held.cloud.positions[i]
         dx, dy, _ = np.median(apart, axis=0)
         return to_pixels(dx, dy, slm)
     pitch, spacing = matcher.pixel_pitch, matcher.plane_spacing
-    offset = grid_offset(thing.cloud, matcher.pixel_pitch)
+    offset = grid_offset(obj.cloud, matcher.pixel_pitch)
     before = image_of(held.cloud, pitch, spacing, offset)
-    after = image_of(thing.cloud, pitch, spacing, offset)
+    after = image_of(obj.cloud, pitch, spacing, offset)
     rows, columns = lateral_vector(before.intensity, before.origin, after, search, measure)
     return to_pixels(columns * pitch, rows * pitch, slm)
 

@@ -55,12 +55,12 @@ def frames(
         corrections = []
         with record.stage("PE"):
             scene_frame = scene.frame(number)
-            for thing in scene_frame.objects:
-                before = held.get(thing.name, Held.empty(thing))
-                held[thing.name], correction = correct(before, thing, matcher)
+            for obj in scene_frame.objects:
+                before = held.get(obj.name, Held.empty(obj))
+                held[obj.name], correction = correct(before, obj, matcher)
                 computer.book(record, correction)
                 corrections.append(correction)
-        shown = PointCloud.concatenate(held[thing.name].cloud for thing in scene_frame.objects)
+        shown = PointCloud.concatenate(held[obj.name].cloud for obj in scene_frame.objects)
         stage = "HC" if record.key else "EC"
         make = chain.then(
             partial(

@@ -14,7 +14,7 @@ from chrmc.scene.sources import read_model
 from chrmc.scene.sources.model import UP, Model, body_positions
 from chrmc.scene.sources.poses import poses_from_csv
 from chrmc.scene.sources.volume import BODY_SHARE, DEPTH, box, cell, outside
-from chrmc.scene.sources.world import Thing, World
+from chrmc.scene.sources.world import Entry, World
 from chrmc.scene.surface.cast import Cast
 from chrmc.scene.surface.recorded import FINEST, Recorded
 from chrmc.scene.surface.surface import Surface
@@ -51,21 +51,21 @@ def build(world: World, slm: SLM, wavelength: float | None = None, fit: bool = F
     wavelength = wavelength or world.wavelength or WAVELENGTH
     bodies: dict[str, Surface | PointCloud] = {}
     poses: dict[str, list[Pose]] = {}
-    things: list[Thing] = []
+    entries: list[Entry] = []
     notes: list[str] = list(world.notes)
-    for thing in world.things:
-        model = read_model(thing.source)
+    for entry in world.entries:
+        model = read_model(entry.source)
         notes += model.notes
-        placed, thing = _placed(thing, model, world, slm, wavelength)
-        things.append(thing)
-        notes.append(_said(thing, model))
+        placed, entry = _placed(entry, model, world, slm, wavelength)
+        entries.append(entry)
+        notes.append(_said(entry, model))
         for key, (body, motion) in placed.items():
-            name = str(thing.name) if len(placed) == 1 else f"{thing.name} {key}"
+            name = str(entry.name) if len(placed) == 1 else f"{entry.name} {key}"
             bodies[name], poses[name] = body, motion
     frames = world.frames or max(len(p) for p in poses.values())
     poses = {name: _over(p, frames) for name, p in poses.items()}
     if fit:
-        bodies, poses, things, note = _fitted(bodies, poses, things, slm, wavelength)
+        bodies, poses, entries, note = _fitted(bodies, poses, entries, slm, wavelength)
         notes += note
     notes += _leaving(bodies, poses, slm, wavelength)
     spacing = _spacing(world, bodies, poses, slm, wavelength)
@@ -79,41 +79,41 @@ def build(world: World, slm: SLM, wavelength: float | None = None, fit: bool = F
         wavelength=world.wavelength,
         notes=tuple(notes),
     )
-    return Built(cast, replace(world, things=tuple(things), frames=frames, notes=tuple(notes)))
+    return Built(cast, replace(world, entries=tuple(entries), frames=frames, notes=tuple(notes)))
 
 
 Placed = dict[str, tuple[Surface | PointCloud, list[Pose]]]
 
 
 def _placed(
-    thing: Thing, model: Model, world: World, slm: SLM, wavelength: float
-) -> tuple[Placed, Thing]:
-    """A thing's bodies about their own middles, in metres, with their poses over the frames."""
-    up = thing.up or model.up
-    turn = Rotation.from_euler("xyz", thing.turn, degrees=True).as_matrix() @ UP[up]
+    entry: Entry, model: Model, world: World, slm: SLM, wavelength: float
+) -> tuple[Placed, Entry]:
+    """An entry's bodies about their own middles, in metres, with their poses over the frames."""
+    up = entry.up or model.up
+    turn = Rotation.from_euler("xyz", entry.turn, degrees=True).as_matrix() @ UP[up]
     corners = model.corners() @ turn.T
     low, high = corners.min(axis=0), corners.max(axis=0)
     largest = float((high - low).max())
-    x, y, z = thing.place
-    if model.in_place and thing.size is None and thing.scale is None and thing.place[2] is None:
+    x, y, z = entry.place
+    if model.in_place and entry.size is None and entry.scale is None and entry.place[2] is None:
         scale, up, turn = 1.0, "-y", np.eye(3)
         low, high = model.corners().min(axis=0), model.corners().max(axis=0)
         x, y, z = (float(v) for v in (low + high) / 2)
     z = DEPTH if z is None else z
-    if thing.scale is not None:
-        scale = thing.scale
-    elif thing.size is not None:
-        scale = thing.size / largest if largest > 0 else 1.0
+    if entry.scale is not None:
+        scale = entry.scale
+    elif entry.size is not None:
+        scale = entry.size / largest if largest > 0 else 1.0
     elif not model.in_place:
         scale = _fitting(high - low, box(slm, wavelength, z), model.flat)
     place = np.array([x or 0.0, y or 0.0, z])
     # The middle in the file's axes: where the first frame's bounds have theirs.
     middle = turn.T @ ((low + high) / 2)
     count = max([model.frames, *(len(p) for p in model.poses.values())])
-    own = count if thing.motion.kind == "own" else 1
+    own = count if entry.motion.kind == "own" else 1
     if own > 1 and world.rate and model.rate:
         own = max(1, int((own - 1) * world.rate / model.rate) + 1)
-    motion = _motion(thing, world, scale, turn, place)
+    motion = _motion(entry, world, scale, turn, place)
     frames = world.frames or max(own, len(motion))
 
     def frame_of(n: int) -> int:
@@ -145,7 +145,7 @@ def _placed(
             placed[name] = filmed, poses
         else:
             placed[name] = replace(body, positions=scale * (positions - centre)), poses
-    resolved = replace(thing, size=None, scale=scale, up=up, place=tuple(place))
+    resolved = replace(entry, size=None, scale=scale, up=up, place=tuple(place))
     return placed, resolved
 
 
@@ -173,14 +173,14 @@ def _fitting(size: NDArray[np.float64], shown: tuple[float, float], flat: bool) 
 
 
 def _motion(
-    thing: Thing,
+    entry: Entry,
     world: World,
     scale: float,
     turn: NDArray[np.float64],
     place: NDArray[np.float64],
 ) -> list[Pose]:
-    """Motions of the whole thing in the scene, from where it stands in frame 1."""
-    motion = thing.motion
+    """Motions of the whole entry in the scene, from where it stands in frame 1."""
+    motion = entry.motion
     if motion.kind == "turntable":
         axis = np.array(motion.axis) / np.linalg.norm(motion.axis)
         whole = abs(360 / motion.degrees) if motion.degrees else 1
@@ -208,13 +208,13 @@ def _over(poses: list[Pose], frames: int) -> list[Pose]:
     return [poses[min(k, len(poses) - 1)] for k in range(frames)]
 
 
-def _said(thing: Thing, model: Model) -> str:
+def _said(entry: Entry, model: Model) -> str:
     """Size in the file, and size and depth shown."""
-    turn = Rotation.from_euler("xyz", thing.turn, degrees=True).as_matrix() @ UP[str(thing.up)]
+    turn = Rotation.from_euler("xyz", entry.turn, degrees=True).as_matrix() @ UP[str(entry.up)]
     size = np.ptp(model.corners() @ turn.T, axis=0)
-    shown = size * float(thing.scale or 1) * MM
-    depth = float(thing.place[2] or 0) * MM
-    name = f"{thing.name}: "
+    shown = size * float(entry.scale or 1) * MM
+    depth = float(entry.place[2] or 0) * MM
+    name = f"{entry.name}: "
     if model.flat:
         return f"{name}{size[0]:.0f} × {size[1]:.0f} pixels, shown {shown[0]:.3g} × " + (
             f"{shown[1]:.3g} mm at {depth:.4g} mm"
@@ -222,7 +222,7 @@ def _said(thing: Thing, model: Model) -> str:
     was = " × ".join(f"{s:.3g}" for s in size)
     now = " × ".join(f"{s:.2g}" for s in shown)
     return (
-        f"{name}{was} units wide, tall and deep with {thing.up} up, shown {now} mm at "
+        f"{name}{was} units wide, tall and deep with {entry.up} up, shown {now} mm at "
         f"{depth:.4g} mm"
     )
 
@@ -238,10 +238,10 @@ def _hull(body: Surface | PointCloud) -> NDArray[np.float64]:
 def _fitted(
     bodies: dict[str, Surface | PointCloud],
     poses: dict[str, list[Pose]],
-    things: list[Thing],
+    entries: list[Entry],
     slm: SLM,
     wavelength: float,
-) -> tuple[dict[str, Surface | PointCloud], dict[str, list[Pose]], list[Thing], list[str]]:
+) -> tuple[dict[str, Surface | PointCloud], dict[str, list[Pose]], list[Entry], list[str]]:
     """Everything scaled about its middle so that all frames lie within the box."""
     corners = np.concatenate(
         [p.apply(_hull(bodies[name])) for name, each in poses.items() for p in each]
@@ -251,7 +251,7 @@ def _fitted(
     width, height = box(slm, wavelength, float(max(middle[2], 1e-6)))
     inside = (np.abs(np.stack([low, high])[:, :2]) <= np.array([width, height]) / 2).all()
     if inside and low[2] > 0:
-        return bodies, poses, things, []
+        return bodies, poses, entries, []
     factor = min(1.0, width / max(size[0], 1e-12), height / max(size[1], 1e-12),
                  float(middle[2] / max(size[2], 1e-12)))  # fmt: skip
     centre = np.array([0.0, 0.0, middle[2]])
@@ -271,19 +271,19 @@ def _fitted(
         f"{width * MM:.3g} × {height * MM:.3g} mm"
     )
     moved = {name: [pose(p) for p in each] for name, each in poses.items()}
-    return scaled, moved, [_scaled(t, factor, middle, centre) for t in things], [note]
+    return scaled, moved, [_scaled(t, factor, middle, centre) for t in entries], [note]
 
 
 def _scaled(
-    thing: Thing, factor: float, middle: NDArray[np.float64], centre: NDArray[np.float64]
-) -> Thing:
-    """The description of a thing that was scaled about a middle and moved to a centre."""
-    place = factor * (np.array(thing.place, dtype=np.float64) - middle) + centre
-    motion = thing.motion
+    entry: Entry, factor: float, middle: NDArray[np.float64], centre: NDArray[np.float64]
+) -> Entry:
+    """The description of an entry that was scaled about a middle and moved to a centre."""
+    place = factor * (np.array(entry.place, dtype=np.float64) - middle) + centre
+    motion = entry.motion
     if motion.scale is not None:
         motion = replace(motion, scale=factor * motion.scale)
     return replace(
-        thing, scale=factor * (thing.scale or 1.0), place=tuple(place.tolist()), motion=motion
+        entry, scale=factor * (entry.scale or 1.0), place=tuple(place.tolist()), motion=motion
     )
 
 

@@ -70,12 +70,12 @@ def _bodies(scene: Scene) -> dict[str, NDArray[Any]]:
     visible = []
     for n in progress(range(1, count + 1), "export"):
         mask = np.zeros(start[-1], dtype=bool)
-        for k, thing in enumerate(scene.frame(n).objects):
-            if thing.pose is None or thing.ids is None:
-                raise ValueError(f"frame {n}: {thing.name} has lost its identity")
-            rotation[k, n - 1] = thing.pose.rotation
-            translation[k, n - 1] = thing.pose.translation
-            mask[start[k] + thing.ids] = True
+        for k, obj in enumerate(scene.frame(n).objects):
+            if obj.pose is None or obj.ids is None:
+                raise ValueError(f"frame {n}: {obj.name} has lost its identity")
+            rotation[k, n - 1] = obj.pose.rotation
+            translation[k, n - 1] = obj.pose.translation
+            mask[start[k] + obj.ids] = True
         visible.append(np.packbits(mask))
     return {
         **_arrays(PointCloud.concatenate(bodies)),
@@ -89,10 +89,10 @@ def _bodies(scene: Scene) -> dict[str, NDArray[Any]]:
 def _frames(scene: Scene) -> dict[str, NDArray[Any]]:
     clouds, owner, frame = [], [], []
     for n in progress(range(1, scene.frame_count + 1), "export"):
-        for k, thing in enumerate(scene.frame(n).objects):
-            clouds.append(thing.cloud)
-            owner.append(np.full(len(thing.cloud), k))
-            frame.append(np.full(len(thing.cloud), n))
+        for k, obj in enumerate(scene.frame(n).objects):
+            clouds.append(obj.cloud)
+            owner.append(np.full(len(obj.cloud), k))
+            frame.append(np.full(len(obj.cloud), n))
     return {
         **_arrays(PointCloud.concatenate(clouds)),
         "object": np.concatenate(owner),

@@ -134,7 +134,7 @@ def read_recording(
 
 
 def recorded_model(folder: Path) -> Model:
-    """A recording as one thing among others: metres about the camera, x right, y down.
+    """A recording as one object among others: metres about the camera, x right, y down.
 
     Frames follow each other at the rate of the time stamps, a missing one is its predecessor
     again; without stamps one picture is one frame.

@@ -12,11 +12,11 @@ MOTIONS = ("own", "turntable", "poses", "none")
 
 @dataclass(frozen=True)
 class Turning:
-    """How a thing moves.
+    """How an entry moves.
 
     kind : "own" (the file's animation), "turntable", "poses" or "none"
     axis : of a turntable, in the scene's axes (y down); degrees : per frame, right-handed
-    file : of the poses; scale : metres here per unit there, default the thing's own scale
+    file : of the poses; scale : metres here per unit there, default the entry's own scale
     """
 
     kind: str = "own"
@@ -27,7 +27,7 @@ class Turning:
 
 
 @dataclass(frozen=True)
-class Thing:
+class Entry:
     """One file, or text, in the scene.
 
     source : a path, or "text:WORDS"
@@ -52,7 +52,7 @@ class World:
     """Things with what they share; see `chrmc.scene.sources.world_toml` for the words."""
 
     name: str
-    things: tuple[Thing, ...]
+    entries: tuple[Entry, ...]
     frames: int | None = None
     rate: float | None = None
     wavelength: float | None = None
@@ -64,22 +64,22 @@ class World:
 
     @property
     def files(self) -> list[Path]:
-        """All that things and their motions are read from."""
-        sources = [Path(t.source) for t in self.things if not t.source.startswith("text:")]
-        return sources + [t.motion.file for t in self.things if t.motion.file is not None]
+        """All that entries and their motions are read from."""
+        sources = [Path(t.source) for t in self.entries if not t.source.startswith("text:")]
+        return sources + [t.motion.file for t in self.entries if t.motion.file is not None]
 
 
 def world_of(sources: list[str]) -> World:
     """The world that a command line's words mean: files, each at a depth where `@` says so."""
-    things: list[Thing] = []
+    entries: list[Entry] = []
     names: dict[str, int] = {}
     for words in sources:
         source, depth = split_depth(words)
         stem = source[5:] if source.startswith("text:") else Path(source).stem
         names[stem] = names.get(stem, 0) + 1
         name = stem if names[stem] == 1 else f"{stem} {names[stem]}"
-        things.append(Thing(source, name, place=(None, None, depth)))
-    return World("+".join(names), tuple(things))
+        entries.append(Entry(source, name, place=(None, None, depth)))
+    return World("+".join(names), tuple(entries))
 
 
 def split_depth(words: str) -> tuple[str, float | None]:

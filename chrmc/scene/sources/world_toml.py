@@ -1,4 +1,4 @@
-"""`scene.toml`: a world of things in a file that one edits by hand."""
+"""`scene.toml`: a world of entries in a file that one edits by hand."""
 
 import tomllib
 from pathlib import Path
@@ -6,12 +6,12 @@ from typing import Any
 
 from chrmc.files import replacing
 from chrmc.scene.sources.model import UP
-from chrmc.scene.sources.world import MOTIONS, SHADINGS, Thing, Turning, World, number, triple
+from chrmc.scene.sources.world import MOTIONS, SHADINGS, Entry, Turning, World, number, triple
 from chrmc.scene.surface.shading import Lamp
 
 _WORLD = ("name", "frames", "rate", "wavelength", "shading", "lamp", "ambient", "density",
           "points", "object")  # fmt: skip
-_THING = ("file", "text", "name", "size", "scale", "up", "place", "turn", "motion")
+_ENTRY = ("file", "text", "name", "size", "scale", "up", "place", "turn", "motion")
 _MOTION = ("kind", "axis", "degrees", "file", "scale")
 
 
@@ -40,8 +40,8 @@ def _world(content: dict[str, Any], path: Path) -> World:
     objects = content.get("object")
     if not isinstance(objects, list) or not objects:
         raise ValueError('nothing in it: write [[object]] and file = "…"')
-    things = tuple(_thing(entry, path.parent) for entry in objects)
-    names = [t.name for t in things]
+    entries = tuple(_entry(table, path.parent) for table in objects)
+    names = [t.name for t in entries]
     twice = next((n for n in names if names.count(n) > 1), None)
     if twice is not None:
         raise ValueError(f"two objects are called {twice!r}; give each a name of its own")
@@ -55,7 +55,7 @@ def _world(content: dict[str, Any], path: Path) -> World:
     plain = Lamp()
     return World(
         name=str(content.get("name", path.stem)),
-        things=things,
+        entries=entries,
         frames=_whole(content, "frames"),
         rate=optional("rate"),
         wavelength=optional("wavelength"),
@@ -78,55 +78,55 @@ def _whole(content: dict[str, Any], key: str) -> int | None:
     return value
 
 
-def _thing(entry: Any, folder: Path) -> Thing:
-    if not isinstance(entry, dict):
+def _entry(table: Any, folder: Path) -> Entry:
+    if not isinstance(table, dict):
         raise ValueError('an object is a table: [[object]] and file = "…"')
-    _known(entry, _THING, "an object")
-    if ("file" in entry) == ("text" in entry):
+    _known(table, _ENTRY, "an object")
+    if ("file" in table) == ("text" in table):
         raise ValueError("an object needs a file or a text, and not both")
-    source = f"text:{entry['text']}" if "text" in entry else str(folder / str(entry["file"]))
-    if "size" in entry and "scale" in entry:
+    source = f"text:{table['text']}" if "text" in table else str(folder / str(table["file"]))
+    if "size" in table and "scale" in table:
         raise ValueError("size and scale both say how large an object is; keep one")
-    up = entry.get("up")
+    up = table.get("up")
     if up is not None and up not in UP:
         raise ValueError(f"up is {up!r}; choose one of {', '.join(UP)}")
 
     def optional(key: str) -> float | None:
-        return number(entry[key], key, positive=True) if key in entry else None
+        return number(table[key], key, positive=True) if key in table else None
 
-    return Thing(
+    return Entry(
         source=source,
-        name=str(entry.get("name", entry.get("text", Path(source).stem))),
+        name=str(table.get("name", table.get("text", Path(source).stem))),
         size=optional("size"),
         scale=optional("scale"),
         up=up,
-        place=triple(entry["place"], "place") if "place" in entry else (None, None, None),
-        turn=triple(entry.get("turn", (0, 0, 0)), "turn"),
-        motion=_motion(entry.get("motion", {}), folder),
+        place=triple(table["place"], "place") if "place" in table else (None, None, None),
+        turn=triple(table.get("turn", (0, 0, 0)), "turn"),
+        motion=_motion(table.get("motion", {}), folder),
     )
 
 
-def _motion(entry: Any, folder: Path) -> Turning:
-    if isinstance(entry, str):
-        entry = {"kind": entry}
-    if not isinstance(entry, dict):
+def _motion(table: Any, folder: Path) -> Turning:
+    if isinstance(table, str):
+        table = {"kind": table}
+    if not isinstance(table, dict):
         raise ValueError('motion is a table, such as { kind = "turntable", degrees = 6 }')
-    _known(entry, _MOTION, "a motion")
+    _known(table, _MOTION, "a motion")
     plain = Turning()
-    kind = entry.get("kind", plain.kind)
+    kind = table.get("kind", plain.kind)
     if kind not in MOTIONS:
         raise ValueError(f"unknown motion {kind!r}: choose one of {', '.join(MOTIONS)}")
-    if (kind == "poses") != ("file" in entry):
+    if (kind == "poses") != ("file" in table):
         raise ValueError('the motion "poses", and no other, needs the file of a track')
-    axis = triple(entry.get("axis", plain.axis), "axis")
+    axis = triple(table.get("axis", plain.axis), "axis")
     if not any(axis):
         raise ValueError("axis must have a direction, not 0, 0, 0")
     return Turning(
         kind,
         axis,
-        number(entry.get("degrees", plain.degrees), "degrees"),
-        folder / str(entry["file"]) if "file" in entry else None,
-        number(entry["scale"], "scale", positive=True) if "scale" in entry else None,
+        number(table.get("degrees", plain.degrees), "degrees"),
+        folder / str(table["file"]) if "file" in table else None,
+        number(table["scale"], "scale", positive=True) if "scale" in table else None,
     )
 
 
@@ -144,17 +144,17 @@ def write_toml(world: World, path: Path) -> None:
         _line("density", world.density, "resolution cells of the SLM per point"),
         _line("points", world.points, "or: points on all surfaces together"),
     ]
-    for thing in world.things:
-        lines += ["", "[[object]]", f"name = {_text(str(thing.name))}", _source(thing, path)]
+    for entry in world.entries:
+        lines += ["", "[[object]]", f"name = {_text(str(entry.name))}", _source(entry, path)]
         lines += [
-            _line("size", thing.size, "of its largest side; or scale: metres per unit"),
+            _line("size", entry.size, "of its largest side; or scale: metres per unit"),
             _line(
-                "scale", thing.scale, "metres per unit of the file; or size: of its largest side"
+                "scale", entry.scale, "metres per unit of the file; or size: of its largest side"
             ),
-            _line("up", thing.up, "axis of the file that points up"),
-            f"place = {_numbers(thing.place)}  # of its middle",
-            f"turn = {_numbers(thing.turn)}  # degrees about x, y, z",
-            _motion_line(thing.motion, path),
+            _line("up", entry.up, "axis of the file that points up"),
+            f"place = {_numbers(entry.place)}  # of its middle",
+            f"turn = {_numbers(entry.turn)}  # degrees about x, y, z",
+            _motion_line(entry.motion, path),
         ]
     with replacing(path) as partial:
         partial.write_text("\n".join(line for line in lines) + "\n", "utf-8")
@@ -178,10 +178,10 @@ def _line(key: str, value: Any, comment: str) -> str:
     return f"{key} = {shown}  # {comment}"
 
 
-def _source(thing: Thing, path: Path) -> str:
-    if thing.source.startswith("text:"):
-        return f"text = {_text(thing.source[5:])}"
-    return f"file = {_text(_relative(Path(thing.source), path))}"
+def _source(entry: Entry, path: Path) -> str:
+    if entry.source.startswith("text:"):
+        return f"text = {_text(entry.source[5:])}"
+    return f"file = {_text(_relative(Path(entry.source), path))}"
 
 
 def _relative(file: Path, path: Path) -> str:

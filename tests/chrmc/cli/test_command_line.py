@@ -26,7 +26,7 @@ def run(*arguments: str | Path) -> int:
     ("arguments", "words"),
     [
         (["nonsense"], "nonsense"),
-        (["generate"], "THING"),
+        (["generate"], "SCENE"),
         (["generate", "no-such-scene", "--out", "x"], "car-house"),
         (["generate", "car-house"], "--out"),
         (["generate", "car-house", "--out", "x", "--frames", "0:3"], "frames 1 to 80"),
@@ -113,11 +113,11 @@ def test_the_manifest_says_what_the_frames_are(tmp_path: Path) -> None:
     assert frame["points_computed"] == sum(o["points"] for o in frame["objects"])
     assert {o["name"] for o in frame["objects"]} == {"car", "house"}
     assert sum(frame["stage_seconds"].values()) > 0
-    for thing in frame["objects"]:
-        low, high = np.array(thing["box"])
-        assert (low <= thing["position"]).all()
-        assert (thing["position"] <= high).all()
-        assert thing["depth"] == thing["position"][2]
+    for obj in frame["objects"]:
+        low, high = np.array(obj["box"])
+        assert (low <= obj["position"]).all()
+        assert (obj["position"] <= high).all()
+        assert obj["depth"] == obj["position"][2]
 
 
 def test_the_console_script_and_the_module_agree() -> None:

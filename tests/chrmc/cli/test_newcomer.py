@@ -100,7 +100,7 @@ def test_the_shell_completes_commands_scenes_and_methods(words: str, found: set[
 
 
 def record(number: int, **values: object) -> dict[str, object]:
-    thing = {"name": "car", "coverage": 0.5, "points": 100}
+    obj = {"name": "car", "coverage": 0.5, "points": 100}
     return {
         "number": number,
         "file": f"frame_{number:04d}.tif",
@@ -110,7 +110,7 @@ def record(number: int, **values: object) -> dict[str, object]:
         "stage_seconds": {"RMC": 0.002, "HC": 0.006},
         "error_reference": 0.12,
         "error_reuse": 0.09,
-        "objects": [thing],
+        "objects": [obj],
         **values,
     }
 

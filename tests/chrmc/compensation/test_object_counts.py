@@ -38,12 +38,12 @@ def chosen(
     turns = [Rotation.from_rotvec(np.array(turn) * k).as_matrix() for k in range(frames)]
     poses = [Pose(one, np.array([-3e-3, 5e-4, 0.25]) - one @ aside) for one in turns]
     cloud = PointCloud(poses[0].apply(points.positions), points.amplitude, points.phase)
-    thing = ObjectFrame("body", cloud, points, np.arange(count), poses[0])
+    obj = ObjectFrame("body", cloud, points, np.arange(count), poses[0])
     window, passband = Window.full(LC_R_1080), coding_for("ssb", LC_R_1080).passband
     plane = plane_of(LC_R_1080, WAVELENGTH, window, passband)
     lines = lines_of(LC_R_1080, window)
     outline = outline_of(points)
-    plan = planned(thing, outline, lines, plane, tolerance)
+    plan = planned(obj, outline, lines, plane, tolerance)
     return choose(plan, outline, poses, lines, plane, tolerance, most, always)
 
 
@@ -119,8 +119,8 @@ def test_what_is_done_with_each_object_and_what_it_takes() -> None:
     poses = {name: [pose(name, k) for k in range(4)] for name in bodies}
     scene = PointScene("five", bodies, poses)
     things = [
-        replace(thing, body=None, ids=None, pose=None) if thing.name == "loose" else thing
-        for thing in scene.frame(1).objects
+        replace(obj, body=None, ids=None, pose=None) if obj.name == "loose" else obj
+        for obj in scene.frame(1).objects
     ]
     coding = coding_for("ssb", slm)
     found = cost(scene, things, range(2, 5), slm, WAVELENGTH, coding, tolerance=1e-3)
@@ -133,9 +133,9 @@ def test_what_is_done_with_each_object_and_what_it_takes() -> None:
     assert several.how.startswith("afresh, most likely: its light takes")
     assert turns.how.startswith("afresh: looking up would") or "part" in turns.how
     plane = plane_of(slm, WAVELENGTH, Window.full(slm), coding.passband)
-    for one, thing in zip(found[1:], [things[i] for i in (1, 2, 3, 4)], strict=True):
-        own = replace(plane, points=len(thing.cloud))
-        afresh = cost_of(thing.cloud, lines_of(slm, Window.full(slm)), own, 1e-3)
+    for one, obj in zip(found[1:], [things[i] for i in (1, 2, 3, 4)], strict=True):
+        own = replace(plane, points=len(obj.cloud))
+        afresh = cost_of(obj.cloud, lines_of(slm, Window.full(slm)), own, 1e-3)
         assert one.key.phasors == pytest.approx(afresh.phasors)
         assert one.key.products == pytest.approx(afresh.products)
     for one in (turns, several, few):

@@ -36,11 +36,11 @@ def seen(points: PointCloud, turn: list[float], place: list[float]) -> ObjectFra
     return ObjectFrame("body", cloud, points, np.arange(len(points)), pose)
 
 
-def plan_of(thing: ObjectFrame, slm: SLM, tolerance: float, encoding: str = "ssb") -> Plan:
+def plan_of(obj: ObjectFrame, slm: SLM, tolerance: float, encoding: str = "ssb") -> Plan:
     window = Window.full(slm)
     plane = plane_of(slm, WAVELENGTH, window, coding_for(encoding, slm).passband)
-    assert thing.body is not None
-    return planned(thing, outline_of(thing.body), lines_of(slm, window), plane, tolerance)
+    assert obj.body is not None
+    return planned(obj, outline_of(obj.body), lines_of(slm, window), plane, tolerance)
 
 
 def exact(
@@ -144,18 +144,18 @@ def test_the_sphere_holds_a_turning_bodys_light(
 )
 def test_strips_at_full_size_are_filtered_from_the_plain_baseband(place: list[float]) -> None:
     points = body(60, (1.6e-3, 6.2e-4, 7e-4))
-    thing = seen(points, [0.0, 0.3, 0.0], place)
-    plan = plan_of(thing, LC_R_1080, 1e-3)
+    obj = seen(points, [0.0, 0.3, 0.0], place)
+    plan = plan_of(obj, LC_R_1080, 1e-3)
     assert plan.from_points == (False, False)
     x, y = (reading.places for reading in plan.readings)
-    plain = exact(thing.cloud, plan, x, y)
+    plain = exact(obj.cloud, plan, x, y)
     wide = plan.readings[0].of(plain.T.copy(), len(plan.axes[0].nodes), y)
     got = plan.readings[1].of(wide.T.copy(), len(plan.axes[1].nodes), plan.axes[0].nodes)
     its = [
-        axis.weights(thing.cloud.positions[:, i], thing.cloud.positions[:, 2], plan.wave.reach[i])
+        axis.weights(obj.cloud.positions[:, i], obj.cloud.positions[:, 2], plan.wave.reach[i])
         for i, axis in enumerate(plan.axes)
     ]
-    truth = exact(thing.cloud, plan, plan.axes[0].nodes, plan.axes[1].nodes, (its[0], its[1]))
+    truth = exact(obj.cloud, plan, plan.axes[0].nodes, plan.axes[1].nodes, (its[0], its[1]))
     # As pixels see it: every node weighs as the pixels that it stands for.
     weight = np.ones(truth.shape)
     for i, axis in enumerate(plan.axes):
@@ -172,16 +172,16 @@ def test_strips_at_full_size_are_filtered_from_the_plain_baseband(place: list[fl
 
 def test_long_strips_are_filtered_part_by_part() -> None:
     points = body(60, (5e-3, 5e-3, 5e-3))
-    thing = seen(points, [0.0, 0.0, 0.0], [1e-3, 5e-4, 0.25])
-    plan = plan_of(thing, LC_R_1080, 7e-4)
+    obj = seen(points, [0.0, 0.0, 0.0], [1e-3, 5e-4, 0.25])
+    plan = plan_of(obj, LC_R_1080, 7e-4)
     along, axis = plan.readings[0], plan.axes[0]
     strips = [run for run in axis.runs if run.tapered]
     assert not plan.from_points[0] and len(along.filters) > len(axis.runs)
     y = plan.readings[1].places[::40]
-    got = along.of(exact(thing.cloud, plan, along.places, y).T.copy(), len(axis.nodes), y)
-    x_places, _, depths = thing.cloud.positions.T
+    got = along.of(exact(obj.cloud, plan, along.places, y).T.copy(), len(axis.nodes), y)
+    x_places, _, depths = obj.cloud.positions.T
     soft = axis.weights(x_places, depths, plan.wave.reach[0]), np.ones((len(points), len(y)))
-    truth = exact(thing.cloud, plan, axis.nodes, y, soft).T
+    truth = exact(obj.cloud, plan, axis.nodes, y, soft).T
     for run in strips:
         error = np.sum(run.weight[:, None] * np.abs((got - truth)[run.nodes]) ** 2)
         assert error <= 1e-6 * sum(
@@ -191,16 +191,16 @@ def test_long_strips_are_filtered_part_by_part() -> None:
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
 def test_filters_do_not_blow_up_the_error_of_what_they_read(tolerance: float) -> None:
-    thing = seen(body(60, (1.6e-3, 6.2e-4, 7e-4)), [0.0, 0.3, 0.0], [0.0, 0.0, 0.2])
-    plan = plan_of(thing, LC_R_1080, tolerance)
+    obj = seen(body(60, (1.6e-3, 6.2e-4, 7e-4)), [0.0, 0.3, 0.0], [0.0, 0.0, 0.2])
+    plan = plan_of(obj, LC_R_1080, tolerance)
     matrices = [m for r in plan.readings for f in r.filters for m in f.matrices]
     assert len(matrices) == 8  # four strips, two lines across each
     assert max(float(np.linalg.norm(m, axis=1).max()) for m in matrices) < 2
 
 
 def test_a_tighter_tolerance_has_its_strips_from_the_points() -> None:
-    thing = seen(body(60, (1.6e-3, 6.2e-4, 7e-4)), [0.0, 0.3, 0.0], [5e-3, 1.2e-3, 0.252])
-    plan = plan_of(thing, LC_R_1080, 1e-5)
+    obj = seen(body(60, (1.6e-3, 6.2e-4, 7e-4)), [0.0, 0.3, 0.0], [5e-3, 1.2e-3, 0.252])
+    plan = plan_of(obj, LC_R_1080, 1e-5)
     assert plan.from_points == (True, True) and plan.missed == 0
 
 

@@ -19,8 +19,8 @@ def some_object(shift: float = 0.0) -> ObjectFrame:
     return ObjectFrame("thing", chrmc.PointCloud(positions, np.ones(25), rng.uniform(0, 6, 25)))
 
 
-def field_of(thing: ObjectFrame) -> np.ndarray:
-    return chrmc.compute_field(thing.cloud, PANEL, WAVELENGTH, method="rt")
+def field_of(obj: ObjectFrame) -> np.ndarray:
+    return chrmc.compute_field(obj.cloud, PANEL, WAVELENGTH, method="rt")
 
 
 @pytest.fixture(scope="module")
@@ -80,10 +80,10 @@ def test_an_object_at_the_panels_border_is_measured_like_one_in_its_middle(
     edge = PANEL.x()[-1]
     x, y = sides[0] * (edge - 3e-4), sides[1] * (edge - 2e-4)
     pitch = PANEL.pixel_pitch
-    thing = place(x, y)
-    truth = field_of(thing)
+    obj = place(x, y)
+    truth = field_of(obj)
     moved = field_of(place(x - 4 * pitch, y + 2 * pitch if y <= 0 else y - 2 * pitch))
-    frame = SceneFrame(1, (thing,))
+    frame = SceneFrame(1, (obj,))
     found = image_measures(PANEL, WAVELENGTH)(moved, truth, frame)["thing"]
     assert found["shift_x"] == pytest.approx(-4 * pitch, rel=0.12)
     assert found["shift_y"] == pytest.approx(2 * pitch * (1 if y <= 0 else -1), rel=0.2)

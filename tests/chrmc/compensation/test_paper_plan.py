@@ -86,10 +86,8 @@ def test_noisy_centroids_still_give_arcs() -> None:
 
 def test_a_known_pose_is_preferred_to_the_centroid() -> None:
     scene = chrmc.load_scene("car-house")
-    thing = scene.frame(3).objects[0]
-    assert thing.pose is not None
-    moved_pose = Pose(thing.pose.rotation, thing.pose.translation + 1.0)
-    np.testing.assert_array_equal(
-        place(replace(thing, pose=moved_pose)), thing.pose.translation + 1.0
-    )
-    np.testing.assert_array_equal(place(replace(thing, pose=None)), thing.position)
+    obj = scene.frame(3).objects[0]
+    assert obj.pose is not None
+    moved_pose = Pose(obj.pose.rotation, obj.pose.translation + 1.0)
+    np.testing.assert_array_equal(place(replace(obj, pose=moved_pose)), obj.pose.translation + 1.0)
+    np.testing.assert_array_equal(place(replace(obj, pose=None)), obj.position)

@@ -29,13 +29,13 @@ def test_each_look_is_a_scene_whose_phases_stay_on_the_body() -> None:
     plain, looked = scene(), drawn(scene(), 3)
     assert looked.frame_count == 12 and drawn_frames((2, 3), 3) == (4, 9)
     things = [looked.frame(n).objects[0] for n in range(1, 13)]
-    for number, thing in enumerate(things, 1):
+    for number, obj in enumerate(things, 1):
         own = plain.frame((number - 1) // 3 + 1).objects[0]
-        assert np.array_equal(thing.cloud.positions, own.cloud.positions)
-        assert np.array_equal(thing.ids, own.ids) and looked.frame(number).number == number
-        assert thing.body is not None and thing.pose is looked.pose("plate", number)
-        assert np.array_equal(thing.cloud.phase, thing.body.phase[thing.ids])
-        assert thing.body is things[(number - 1) % 3].body
+        assert np.array_equal(obj.cloud.positions, own.cloud.positions)
+        assert np.array_equal(obj.ids, own.ids) and looked.frame(number).number == number
+        assert obj.body is not None and obj.pose is looked.pose("plate", number)
+        assert np.array_equal(obj.cloud.phase, obj.body.phase[obj.ids])
+        assert obj.body is things[(number - 1) % 3].body
     assert np.array_equal(things[0].cloud.phase, plain.frame(1).cloud.phase)
     for a, b in pairwise(things[:3]):
         related = np.abs(np.mean(np.exp(1j * (a.cloud.phase - b.cloud.phase))))

@@ -16,7 +16,7 @@ from .sources.making import recording, run, track_rows
 MODELS = Path("/usr/share/assimp/models")
 
 
-def thing(kind: str, folder: Path) -> list[str]:
+def obj(kind: str, folder: Path) -> list[str]:
     """Words of the command line, of several kinds."""
     if kind == "recording":
         recording(folder / "walk", False)
@@ -37,7 +37,7 @@ def thing(kind: str, folder: Path) -> list[str]:
 def test_the_scene_comes_back_as_it_was(tmp_path: Path, kind: str) -> None:
     if kind != "recording" and not MODELS.is_dir():
         pytest.skip("needs the Debian package assimp-testmodels")
-    words = [*thing(kind, tmp_path), "--out", str(tmp_path / "video"), "--frames", "1:1"]
+    words = [*obj(kind, tmp_path), "--out", str(tmp_path / "video"), "--frames", "1:1"]
     small = ["--check-pixels", "0", "--tolerance", "1e-2"]
     assert run("generate", *words, *small) == 0
     video = chrmc.open_video(tmp_path / "video")

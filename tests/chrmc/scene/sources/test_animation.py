@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from chrmc import load_scene
+from chrmc.scene.sources.files import build_sources
 from chrmc.scene.sources.mesh import read_mesh
-from chrmc.scene.sources.things import build_things
 
 from .making import FEW, animated
 
@@ -35,7 +35,7 @@ def test_a_skinned_and_a_morphing_mesh_bend(models: Path) -> None:
         "glTF2/simple_skin/simple_skin.gltf",
         "glTF2/glTF-Sample-Models/AnimatedMorphCube-glTF/AnimatedMorphCube.gltf",
     ):
-        built = build_things([str(models / name)], points=FEW)
+        built = build_sources([str(models / name)], points=FEW)
         scene = built.cast.points()
         assert any("bends" in note for note in scene.notes)
         assert scene.frame_count > 20

@@ -36,9 +36,9 @@ def test_exported_points_come_back_as_they_were(models: Path, tmp_path: Path, ki
 
 
 def test_inspect_says_what_will_be_seen(models: Path, tmp_path: Path, capsys) -> None:
-    thing = models / "OBJ" / "spider.obj"
+    obj = models / "OBJ" / "spider.obj"
     picture = tmp_path / "s.png"
-    assert run("inspect", thing, "--points", 300, "--out", picture) == 0
+    assert run("inspect", obj, "--points", 300, "--out", picture) == 0
     told = capsys.readouterr().out
     for words in ("field of view", "resolution", "depth of focus", "speckle contrast", "curved",
                   "shown 1.6"):  # fmt: skip
@@ -47,10 +47,10 @@ def test_inspect_says_what_will_be_seen(models: Path, tmp_path: Path, capsys) ->
 
 
 def test_generate_exports_and_nothing_is_half_written(models: Path, tmp_path: Path, capsys) -> None:
-    thing = models / "OBJ" / "spider.obj"
+    obj = models / "OBJ" / "spider.obj"
     points = tmp_path / "p.npz"
     video = tmp_path / "video"
-    assert run("generate", thing, "--out", video, "--points", 500, "--export-points", points) == 0
+    assert run("generate", obj, "--out", video, "--points", 500, "--export-points", points) == 0
     assert points.is_file() and (video / "manifest.json").is_file()
     assert run("generate", models / "invalid" / "empty.ply", "--out", tmp_path / "none") == 2
     assert not (tmp_path / "none").exists()

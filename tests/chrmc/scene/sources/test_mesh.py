@@ -8,9 +8,9 @@ import trimesh
 
 import chrmc
 from chrmc import LC_R_1080, PointCloud, load_scene
+from chrmc.scene.sources.files import build_sources
 from chrmc.scene.sources.mesh import read_mesh
 from chrmc.scene.sources.model import UP
-from chrmc.scene.sources.things import build_things
 from chrmc.scene.sources.volume import box
 from reconstruct import four_f
 
@@ -27,7 +27,7 @@ def test_no_axis_convention_mirrors(up: str) -> None:
 
 @pytest.mark.parametrize("name", ["OBJ/WusonOBJ.obj", "PLY/Wuson.ply", "STL/Wuson.stl"])
 def test_a_real_animal_stands_on_its_feet_and_faces_us(models: Path, name: str) -> None:
-    built = build_things([str(models / name)])
+    built = build_sources([str(models / name)])
     (body,) = built.cast.bodies.values()
     (poses,) = built.cast.poses.values()
     shown = poses[0].apply(body.vertices)
@@ -49,9 +49,9 @@ def test_a_real_animal_stands_on_its_feet_and_faces_us(models: Path, name: str) 
 
 
 def test_the_reconstruction_is_the_rendered_view_and_no_mirror_image_of_it(models: Path) -> None:
-    thing = str(models / "OBJ" / "spider.obj")
-    cloud = load_scene(thing, points=30000).frame(1).cloud
-    view = load_scene(thing, form="rgbd").rgbd(1).intensity
+    obj = str(models / "OBJ" / "spider.obj")
+    cloud = load_scene(obj, points=30000).frame(1).cloud
+    view = load_scene(obj, form="rgbd").rgbd(1).intensity
     image = np.zeros(LC_R_1080.shape)
     rng = np.random.default_rng(1)
     for _ in range(2):
@@ -200,16 +200,16 @@ def test_nan_vertices_lose_their_faces_only(models: Path, tmp_path: Path) -> Non
 
 
 def test_density_and_points(models: Path) -> None:
-    thing = str(models / "OBJ" / "WusonOBJ.obj")
-    few, more = (load_scene(thing, points=n).frame(1).objects[0] for n in (2000, 8000))
+    obj = str(models / "OBJ" / "WusonOBJ.obj")
+    few, more = (load_scene(obj, points=n).frame(1).objects[0] for n in (2000, 8000))
     assert len(few.body) == pytest.approx(2000, rel=0.05)
     assert len(more.body) == pytest.approx(8000, rel=0.05)
-    coarse, fine = (len(load_scene(thing, density=d).frame(1).cloud) for d in (4, 1))
+    coarse, fine = (len(load_scene(obj, density=d).frame(1).cloud) for d in (4, 1))
     assert fine == pytest.approx(4 * coarse, rel=0.08)
     # The mean light does not depend on how many points carry it.
     assert few.cloud.intensity.sum() == pytest.approx(more.cloud.intensity.sum(), rel=0.08)
     with pytest.raises(ValueError, match="keep one"):
-        load_scene(thing, points=100, density=1.0)
+        load_scene(obj, points=100, density=1.0)
 
 
 def test_point_cloud_from_a_file(models: Path) -> None:

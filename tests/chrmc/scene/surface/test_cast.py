@@ -91,9 +91,9 @@ def test_one_body_hides_another_and_points_without_a_surface() -> None:
     front, back, loose = cast.points().frame(1).objects
     assert front.cloud.positions[:, 0].max() < 1e-6
     # The shadow's edge is the wall's, drawn from the hologram's middle through x = 0.
-    for thing in (back, loose):
-        assert thing.cloud.positions[:, 0].min() > -3e-6
-        assert len(thing.cloud) > 100
+    for obj in (back, loose):
+        assert obj.cloud.positions[:, 0].min() > -3e-6
+        assert len(obj.cloud) > 100
     assert (loose.cloud.positions[:, 0] > 0).sum() == (dust.positions[:, 0] > 0).sum()
 
 

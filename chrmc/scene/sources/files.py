@@ -22,7 +22,7 @@ PLANES = 256
 """Of the RGB-D form."""
 
 
-def is_thing(words: str) -> bool:
+def is_source(words: str) -> bool:
     """Whether this module knows what to do with a word of the command line."""
     path = Path(words)
     if path.suffix.lower() == ".toml" or is_recording(path):
@@ -31,7 +31,7 @@ def is_thing(words: str) -> bool:
     return readable(source) or is_recording(Path(source))
 
 
-def load_things(
+def load_sources(
     words: Sequence[str],
     form: str = "points",
     *,
@@ -43,7 +43,7 @@ def load_things(
 ) -> Scene:
     """The scene of one or several files, each at a depth where `@` says so.
 
-    slm, wavelength : what things are sized and sampled for
+    slm, wavelength : what they are sized and sampled for
     density : resolution cells of the SLM per point; points : on all surfaces, instead
     fit : scale and shift so that no frame leaves what the SLM shows
     """
@@ -55,13 +55,13 @@ def load_things(
         if (density, points, fit) != (None, None, False):
             raise ValueError(HAS_ITS_POINTS.format(single))
         return read_export(single)
-    built = build_things(
+    built = build_sources(
         words, slm=slm, wavelength=wavelength, density=density, points=points, fit=fit
     )
     return built.cast.points() if form == "points" else pictures(built, slm)
 
 
-def build_things(
+def build_sources(
     words: Sequence[str],
     *,
     slm: SLM = LC_R_1080,
@@ -118,5 +118,5 @@ def cloud_from_file(path: str | Path, fit: SLM | None, points: int | None) -> Po
         clouds = [b for b in model.bodies.values() if isinstance(b, PointCloud)]
         if len(clouds) == len(model.bodies):
             return PointCloud.concatenate(clouds)
-    scene = load_things([str(path)], slm=fit or LC_R_1080, points=points)
+    scene = load_sources([str(path)], slm=fit or LC_R_1080, points=points)
     return scene.frame(1).cloud
