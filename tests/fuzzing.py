@@ -11,15 +11,16 @@ import base64
 import hashlib
 import importlib
 import json
+import multiprocessing
 import os
 import pkgutil
 import random
 import re
 import resource
-import signal
 import sys
 import tempfile
 import time
+import traceback
 import warnings
 from collections import Counter
 from pathlib import Path
@@ -38,6 +39,9 @@ SECONDS, MEGABYTES = 40, 3000
 """Of processor time, which other programs do not change, and beyond what is loaded already."""
 WALL = 6 * SECONDS
 KEPT = Path(__file__).parent / "fuzzed"
+FORK = multiprocessing.get_context("fork")
+"""Its processes start with all modules loaded, and end as a program does: with what was left for
+the end (semaphores, threads) seen to."""
 Case = dict[str, Any]
 
 NASTY: list[Any] = [
@@ -129,13 +133,16 @@ def prepared(folder: Path) -> None:
 def prepared_apart(folder: Path) -> None:
     """`prepared` in a process of its own: a process that forks must have no threads."""
     warm()
-    child = os.fork()
-    if child == 0:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        prepared(folder)
-        os._exit(0)
-    if os.waitpid(child, 0)[1]:
+    child = FORK.Process(target=_silently_prepared, args=(folder,))
+    child.start()
+    child.join()
+    if child.exitcode:
         raise SystemExit("fuzz.sh: the good files could not be made")
+
+
+def _silently_prepared(folder: Path) -> None:
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    prepared(folder)
 
 
 def warm() -> None:
@@ -346,27 +353,17 @@ def call(case: Case) -> None:
 def tried(case: Case, folder: Path) -> str:
     """Run the case in a process of its own; what was wrong, or nothing."""
     said = folder / ".said"
-    child = os.fork()
-    if child == 0:
-        try:
-            code = _inside(case, folder, said)
-        except BaseException:
-            code = 99
-        os._exit(code)
-    end = time.monotonic() + WALL
-    while time.monotonic() < end:
-        done, status = os.waitpid(child, os.WNOHANG)
-        if done:
-            break
-        time.sleep(0.005)
-    else:
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+    child = FORK.Process(target=_inside, args=(case, folder, said))
+    child.start()
+    child.join(WALL)
+    code = child.exitcode
+    if code is None:
+        child.kill()
+        child.join()
         return f"not done after {WALL} s"
     text = said.read_text(errors="replace") if said.exists() else ""
-    if os.WIFSIGNALED(status):
-        return f"ended by signal {os.WTERMSIG(status)}"
-    code = os.WEXITSTATUS(status)
+    if code < 0:
+        return f"ended by signal {-code}"
     tail = (text.strip().splitlines() or [""])[-1][-300:]
     if "Traceback" in text or "Warning" in text:
         return f"a traceback or warning: {tail}"
@@ -378,7 +375,8 @@ def tried(case: Case, folder: Path) -> str:
     return ""
 
 
-def _inside(case: Case, folder: Path, said: Path) -> int:
+def _inside(case: Case, folder: Path, said: Path) -> None:
+    """The case under its limits; ends with its status, 99 where it raised what it must not."""
     out = os.open(os.devnull, os.O_RDWR)
     told = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     for number_, where in ((0, out), (1, out), (2, told)):
@@ -390,16 +388,20 @@ def _inside(case: Case, folder: Path, said: Path) -> int:
     resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
     warnings.simplefilter("always")
     os.chdir(folder)
+    try:
+        status = _status(case)
+    except BaseException:
+        traceback.print_exc()
+        status = 99
+    sys.exit(status)
+
+
+def _status(case: Case) -> int:
     if case["kind"] == "call":
         try:
             call(case)
         except (ValueError, OSError):
             return 2
-        except BaseException:
-            import traceback
-
-            traceback.print_exc()
-            return 99
         return 0
     from chrmc.cli.main import main
 
@@ -408,13 +410,7 @@ def _inside(case: Case, folder: Path, said: Path) -> int:
     try:
         main([str(a) for a in case["arguments"]])
     except SystemExit as ended:
-        sys.stderr.flush()
         return int(ended.code or 0)
-    except BaseException:
-        import traceback
-
-        traceback.print_exc()
-        return 99
     return 98
 
 
