@@ -132,6 +132,8 @@ def chosen(
         all_options.setdefault("tolerance", DEFAULT_TOLERANCE)
     kind = f"compensation {label(compensation)}"
     names, others = option_names(method_named(cgh).field)
+    if option_names(video_method)[1]:
+        kind += f" with {label(cgh)}"
     # What `compute_field` itself takes goes with them.
     check_options(
         kind, video_method, all_options, _having, None if others else [*names, "footprint"]

@@ -26,7 +26,7 @@ def summary(video: Video) -> Iterator[str]:
     n = max(len(entries), 1)
     keys = sum(e["key"] for e in entries)
     why = _why_nothing_is_reused(video)
-    yield f"{len(entries)} frames, " + (why or f"{keys} of them key frames")
+    yield f"{len(entries)} frames" + (why or f", {keys} of them key frames")
     stages: dict[str, float] = {}
     for entry in entries:
         for name, seconds in entry["stage_seconds"].items():
@@ -72,7 +72,7 @@ def _why_nothing_is_reused(video: Video) -> str:
     if len(video.frames) < 2 or not all(e["key"] for e in video.frames):
         return ""
     if video.methods.get("compensation") == "none":
-        return "each computed afresh: without compensation nothing is reused"
+        return ", each computed afresh: without compensation nothing is reused"
     reasons: dict[str, str] = {}
     times: Counter[str] = Counter()
     for entry in video.frames:
@@ -80,11 +80,16 @@ def _why_nothing_is_reused(video: Video) -> str:
             how, _, why = str(said).partition(": ")
             times[name] += how == "afresh"
             if how == "afresh" and why:
-                reasons.setdefault(name, f"{name}: {why}")
+                reasons.setdefault(name, why)
     # An object that rested, or was computed afresh now and then, is no reason.
     reasons = {name: why for name, why in reasons.items() if 2 * times[name] > len(video.frames)}
     if not reasons:
         return ""
     poses = "; ids and the poses of all objects in scene.json would tell"
-    unknown = any("not known again" in why for why in reasons.values())
-    return "each computed afresh; " + "; ".join(reasons.values()) + (poses if unknown else "")
+    told = [
+        f"{name} is computed afresh in each ({why}{poses if 'not known again' in why else ''})"
+        for name, why in reasons.items()
+    ]
+    names = dict.fromkeys(thing["name"] for entry in video.frames for thing in entry["objects"])
+    told += [f"{name} is reused" for name in names if name not in reasons]
+    return ": " + ", ".join(told)

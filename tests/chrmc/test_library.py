@@ -97,7 +97,7 @@ def test_another_video_is_refused_with_the_option_that_differs(tmp_path: Path) -
     before = (tmp_path / "manifest.json").read_bytes()
     for change, words in (
         ({"tolerance": 1e-2}, "tolerance 0.001, not 0.01"),
-        ({"wavelength": 6e-7}, "wavelength 5.32e-07, not 6e-07"),
+        ({"wavelength": 6e-7}, "wavelength 532nm, not 600nm"),
         ({"response": chrmc.GreyResponse.from_gamma(1.8)}, "linear, not gamma:1.8"),
     ):
         with pytest.raises(ValueError, match=words) as caught:

@@ -14,6 +14,7 @@ from chrmc.cli.main import group, main
 from chrmc.cli.names import settings
 from chrmc.compensation import COMPENSATIONS
 from chrmc.scene.load import BUILT_IN
+from chrmc.store.differences import refuse_another
 from chrmc.store.summary import STAGES, summary
 from chrmc.store.video import open_video
 
@@ -30,6 +31,7 @@ ROOT = Path(__file__).parents[3]
         (["generate", "car-house", "--out", "x", "--cgh", "curvd"], "curved"),
         (["generate", "car-house", "--out", "x", "--compensation", "mc-nlt"], "mc-nlut"),
         (["generate", "car-house", "--out", "x", "--set", "tolerence=0.1"], "tolerance"),
+        (["generate", "car-house", "--out", "x", "--cgh", "wrp", "--set", "plane=2"], "planes"),
     ],
 )
 def test_a_slip_is_answered_with_the_name_that_was_meant(
@@ -148,6 +150,42 @@ def test_the_summary_explains_stages_points_and_both_errors(
 
 def test_videos_of_key_frames_alone_say_why(stored_video: Path) -> None:
     assert "without compensation" in next(iter(summary(open_video(stored_video))))
+
+
+def test_what_is_computed_afresh_says_why_and_what_is_reused_is_told(
+    stored_video: Path, tmp_path: Path
+) -> None:
+    manifest = json.loads((stored_video / "manifest.json").read_text())
+    manifest["methods"]["compensation"] = "ch-rmc-object"
+    stored = tmp_path / "stored"
+    stored.mkdir()
+    (stored / "manifest.json").write_text(json.dumps(manifest))
+    things = [{"name": "car", "points": 90}, {"name": "house", "points": 10}]
+    first = {"car": "afresh: looking up would cost 3 times as much", "house": "afresh: it rests"}
+    frames = [record(1, objects=things, reuse=first)]
+    frames += [record(n, objects=things, key=True, reuse={"car": "afresh"}) for n in (2, 3)]
+    assert lines_of(stored, tmp_path, frames)[0] == (
+        "3 frames: car is computed afresh in each (looking up would cost 3 times as much), "
+        "house is reused"
+    )
+
+
+def test_an_option_that_differs_is_named_once_and_as_it_is_typed() -> None:
+    before = {
+        "wavelength": 532e-9,
+        "slm": {"name": "lc-r", "pixel_pitch": 8.1e-6},
+        "methods": {"cgh": "curved", "options": {"tolerance": 1e-3}, "auto": {"tolerance": 1e-3}},
+    }
+    wanted = {
+        "wavelength": 633e-9,
+        "slm": {"name": "other", "pixel_pitch": 8e-6},
+        "methods": {"cgh": "curved", "options": {"tolerance": 1e-2}, "auto": {"tolerance": 1e-2}},
+    }
+    with pytest.raises(ValueError, match="another video") as told:
+        refuse_another(Path("v"), {**before, "slm": wanted["slm"]}, wanted)
+    assert "(wavelength 532nm, not 633nm; tolerance 0.001, not 0.01):" in str(told.value)
+    with pytest.raises(ValueError, match=r"slm name lc-r, not other; pixel_pitch 8.1um, not 8um\)"):
+        refuse_another(Path("v"), before, {**before, "slm": wanted["slm"]})
 
 
 def test_every_stage_that_is_booked_has_plain_words(stored_video: Path) -> None:
