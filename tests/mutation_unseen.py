@@ -84,8 +84,6 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     ],
     "chrmc/cgh/curved/series.py": [
         ("counts.append(1 + node_count(1.15", "1.15 → 2.3", "more samples cost time"),
-        ("if not len(enough) or", "_TRIED - 2 → (_TRIED + 2)", "which of two ways counts samples"),
-        ("if not len(enough) or", "2 → 3", "the same"),
     ],
     "reconstruct/focus.py": [
         ("if not np.isfinite(depth) or rise", "rise * sqrt(grains) < PROMINENCE → "

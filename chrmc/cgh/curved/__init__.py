@@ -42,7 +42,7 @@ from chrmc.cgh.curved.direct import (
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.parallel import alone, in_parallel
 from chrmc.cgh.curved.predict import Budget, error_allowed
-from chrmc.cgh.curved.rays import bearable, by_rays, rays_pay
+from chrmc.cgh.curved.rays import by_rays, rays_pay
 from chrmc.cgh.curved.verify import SURE, look
 from chrmc.cgh.curved.wave import phasor
 from chrmc.cgh.method import CGHMethod
@@ -76,19 +76,10 @@ def plane_of(slm: SLM, wavelength: float, window: Window, passband: Passband) ->
     """The window's pixel centres and the footprint's reach, as clusters are planned on."""
     x, y = slm.x(window.columns), slm.y(window.rows)
     return Plane(
-        (float(x[0]), float(x[-1]), len(x)),
-        (float(y[0]), float(y[-1]), len(y)),
-        wavelength,
-        (reach(wavelength, passband.fx_max), reach(wavelength, passband.fy_max)),
-    )
-
-
-def lines_of(slm: SLM, window: Window) -> tuple[Line, Line]:
-    """The window's pixel centres along x and along y."""
-    x, y = slm.x(window.columns), slm.y(window.rows)
-    return (
         Line(float(x[0]), slm.pixel_pitch, len(x)),
         Line(float(y[0]), slm.pixel_pitch, len(y)),
+        wavelength,
+        (reach(wavelength, passband.fx_max), reach(wavelength, passband.fy_max)),
     )
 
 
@@ -126,20 +117,18 @@ def low_rank(
     Raises ValueError when the tolerance cannot be met.
     """
     check_tolerance(tolerance)
-    lines = lines_of(slm, window)
-    plane = plane_of(slm, wavelength, window, passband)
-    plane = replace(plane, points=len(cloud))
+    plane = replace(plane_of(slm, wavelength, window, passband), points=len(cloud))
     # The largest first, so that the others fit beside it.
     parts = sorted(clusters.split(cloud, plane), key=len, reverse=True)
     aim, before, closer = tolerance, np.inf, 1.0
     for _ in range(4):
-        summed = in_parallel(partial(make_factor, targets=lines, plane=plane, tolerance=aim), parts)
+        summed = in_parallel(partial(make_factor, plane=plane, tolerance=aim), parts)
         factors = [factor for factor, _ in summed]
         budget = sum((budget for _, budget in summed), Budget(0.0, 0.0))
         error, allowed = budget.relative, error_allowed(factors, tolerance, len(cloud))
         least = budget.least
         if error <= allowed:
-            seen = look(factors, cloud, lines, wavelength, plane.reach, tolerance, error)
+            seen = look(factors, cloud, plane.lines, wavelength, plane.reach, tolerance, error)
             error, allowed = max(error, hypot(*seen)), SURE * tolerance
             least = max(least, seen[1])
             if error <= allowed:
@@ -297,20 +286,15 @@ def _sum(
 
     if work <= SMALL:
         return exact(), None
-    lines = lines_of(slm, window)
-    rays = partial(
-        by_rays, cloud, slm, wavelength, window, passband, lines, plane, tolerance=tolerance
-    )
-    pay = rays_pay(cloud, slm, wavelength, window, passband, lines, plane, tolerance)
-    if pay and (made := rays()) is not None:
+    given = cloud, slm, wavelength, window, passband
+    pay = rays_pay(*given, plane, tolerance)
+    if pay and (made := by_rays(*given, plane, tolerance)) is not None:
         return made
     try:
-        return low_rank(cloud, slm, wavelength, window, passband, tolerance=tolerance)
+        return low_rank(*given, tolerance=tolerance)
     except ValueError:
-        if not pay and work > QUICK and bearable(cloud, slm, wavelength, window, passband):
-            made = rays()
-            if made is not None:
-                return made
+        if not pay and work > QUICK and (made := by_rays(*given, plane, tolerance)) is not None:
+            return made
         if work <= BEARABLE:
             return exact(), None
         raise
@@ -328,11 +312,10 @@ def cost(
     """What `signal` takes, counted from its plan."""
     check_tolerance(tolerance)
     plane = replace(plane_of(slm, wavelength, window, passband), points=len(cloud))
-    lines = lines_of(slm, window)
     small = len(cloud) * window.size <= SMALL
-    if not small and rays_pay(cloud, slm, wavelength, window, passband, lines, plane, tolerance):
+    if not small and rays_pay(cloud, slm, wavelength, window, passband, plane, tolerance):
         return rt.cost(cloud, slm, wavelength, window, passband)
-    return cost_of(cloud, lines, plane, tolerance)
+    return cost_of(cloud, plane, tolerance)
 
 
 METHOD = CGHMethod(

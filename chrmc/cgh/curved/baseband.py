@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.assembly import Factor, add_field, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
-from chrmc.cgh.curved.nodes import Axis, Line, Needs, axis_behind, make_axis
+from chrmc.cgh.curved.nodes import Axis, Needs, axis_behind, make_axis
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, nonuniform_baseband
 from chrmc.cgh.curved.parallel import in_parallel, run_all
 from chrmc.cgh.curved.predict import Budget, expected_error, light_of
@@ -42,7 +42,6 @@ _BEHIND = 60.0  # in blocks whose targets are nodes
 LEAF_SHARE = 0.7  # of the tolerance, for sub-clusters
 NODE_SHARE, _SERIES_SHARE = 0.45, 0.6  # of the tolerance, for interpolation and the series
 _COARSE_SHARE = 0.3  # for the interpolation of the small terms
-_EDGE_SHARE = 0.45  # of that, where footprints end
 _SMALL = 0.08  # a level's terms against those of the level before
 
 _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for it
@@ -65,7 +64,6 @@ def _needs(
     plane: Plane,
     tolerance: float,
     blocks: tuple[float, float],
-    edge_share: float = 1.0,
 ) -> tuple[Needs, Needs]:
     box = clusters.bounding_box(cloud.positions)
     extents = clusters.extents(box, reference, plane)
@@ -78,7 +76,6 @@ def _needs(
             tolerance,
             lit[axis],
             blocks[axis],
-            edge_share,
         )
         for axis in range(2)
     )
@@ -88,14 +85,13 @@ def _needs(
 def cluster_axes(
     cloud: PointCloud,
     reference: Reference,
-    targets: tuple[Line, Line],
     plane: Plane,
     tolerance: float,
 ) -> Axes:
     """Nodes and blocks along x and y for one cluster's pixels."""
     x, y, z = cloud.positions.T
     along_x, along_y = _needs(cloud, reference, plane, tolerance * NODE_SHARE, (BLOCK_X, BLOCK_Y))
-    return make_axis(targets[0], x, z, along_x), make_axis(targets[1], y, z, along_y)
+    return make_axis(plane.x, x, z, along_x), make_axis(plane.y, y, z, along_y)
 
 
 def axes_behind(
@@ -104,24 +100,21 @@ def axes_behind(
     reference: Reference,
     plane: Plane,
     tolerance: float,
-    edge_share: float = 1.0,
 ) -> Axes:
     """Nodes from which the values at other nodes are read."""
     x, y, z = cloud.positions.T
-    along_x, along_y = _needs(cloud, reference, plane, tolerance, (_BEHIND, _BEHIND), edge_share)
+    along_x, along_y = _needs(cloud, reference, plane, tolerance, (_BEHIND, _BEHIND))
     return axis_behind(axes[0], x, z, along_x), axis_behind(axes[1], y, z, along_y)
 
 
-def make_factor(
-    cloud: PointCloud, targets: tuple[Line, Line], plane: Plane, tolerance: float
-) -> tuple[Factor, Budget]:
+def make_factor(cloud: PointCloud, plane: Plane, tolerance: float) -> tuple[Factor, Budget]:
     """The low-rank factor of one cluster and its expected error."""
     reference = clusters.reference_of(clusters.bounding_box(cloud.positions), plane)
-    axes = cluster_axes(cloud, reference, targets, plane, tolerance)
+    axes = cluster_axes(cloud, reference, plane, tolerance)
     if not axes[0].blocks or not axes[1].blocks:
         return _no_light(axes, reference), Budget(0.0, 0.0)
     wave = Wave(reference, plane.wavelength, plane.reach)
-    places = targets[0].places, targets[1].places
+    places = plane.x.places, plane.y.places
     expected: list[tuple[float, float]] = []
 
     def expect(missed: Remainder) -> None:
@@ -242,8 +235,7 @@ def levels_for(
         if not clusters.coarse_pays(count, size, size[0] * size[1] * 2 // 3, more):
             continue
         wanted = min(_COARSE_SHARE * tolerance / left, 0.1)
-        # The series' small terms are largest far out, where footprints end.
-        coarse = axes_behind(axes, cloud, reference, plane, wanted, _EDGE_SHARE)
+        coarse = axes_behind(axes, cloud, reference, plane, wanted)
         pixels = len(coarse[0].nodes) * len(coarse[1].nodes)
         if clusters.coarse_pays(count, size, pixels, more):
             levels.append(Level(*held, slice(first, cut), _precision(aim)))

@@ -41,11 +41,3 @@ def node_count(kappa: float, tolerance: float) -> int:
     """Nodes for exp(iκu), |κ| ≤ kappa, on [−1, 1] at an rms error of `tolerance`."""
     digits = max(1.0, -log10(tolerance))
     return max(1, ceil(kappa + (0.93 * digits - 0.35) * max(kappa, 3.0) ** (1 / 3)))
-
-
-@lru_cache(maxsize=512)
-def pixel_interpolation(count: int, pixels: int) -> Floats:
-    """(pixels, count) matrix to the centres of `pixels` equal cells of [−1, 1]. Read-only."""
-    matrix = interpolation(count, (2 * np.arange(pixels) + 1 - pixels) / pixels)
-    matrix.flags.writeable = False
-    return matrix

@@ -6,7 +6,7 @@ from math import ceil, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.nodes import Extent
+from chrmc.cgh.curved.nodes import Extent, Line
 from chrmc.cgh.curved.wave import Reference
 from chrmc.scene.points import PointCloud
 
@@ -20,18 +20,23 @@ _CARRY = 3e8
 
 @dataclass(frozen=True)
 class Plane:
-    """What clusters are planned for: targets' range on the hologram and the wave.
+    """What clusters are planned for: targets on the hologram and the wave.
 
-    x, y : (lowest, highest, number) of the targets
+    x, y : of the targets
     reach : footprint half-width per depth in x and y
     points : in all, which share what may be summed one by one where no series fits
     """
 
-    x: tuple[float, float, int]
-    y: tuple[float, float, int]
+    x: Line
+    y: Line
     wavelength: float
     reach: tuple[float, float]
     points: int = 1
+
+    @property
+    def lines(self) -> tuple[Line, Line]:
+        """x and y."""
+        return self.x, self.y
 
 
 def bounding_box(positions: Floats) -> Floats:
@@ -59,8 +64,8 @@ def reference_at(centre: tuple[float, float, float], box: Floats, plane: Plane) 
 def farthest(box: Floats, plane: Plane) -> tuple[float, float]:
     """Largest distance along x and y of a target from a point whose footprint holds it."""
     far = []
-    for axis, span in enumerate((plane.x, plane.y)):
-        both = max(abs(span[1] - box[axis, 0]), abs(span[0] - box[axis, 1]))
+    for axis, line in enumerate(plane.lines):
+        both = max(abs(line.last - box[axis, 0]), abs(line.first - box[axis, 1]))
         far.append(min(float(both), float(box[2, 1]) * plane.reach[axis]))
     return far[0], far[1]
 
@@ -78,10 +83,11 @@ def extents(box: Floats, reference: Reference, plane: Plane) -> tuple[Extent, Ex
 def lit(box: Floats, plane: Plane) -> tuple[float, float]:
     """Metres of the targets' range along x and y in some point's footprint."""
     lengths = []
-    for axis, (first, last, count) in enumerate((plane.x, plane.y)):
+    for axis, line in enumerate(plane.lines):
         far = float(box[2, 1]) * plane.reach[axis]
-        length = min(last, float(box[axis, 1]) + far) - max(first, float(box[axis, 0]) - far)
-        lengths.append(max(length, (last - first) / count))
+        length = min(line.last, float(box[axis, 1]) + far)
+        length -= max(line.first, float(box[axis, 0]) - far)
+        lengths.append(max(length, (line.last - line.first) / line.count))
     return lengths[0], lengths[1]
 
 
@@ -102,7 +108,7 @@ def _kappas(box: Floats, plane: Plane) -> tuple[float, float]:
 
 def _cost(box: Floats, count: int, plane: Plane) -> float:
     """Multiply-adds, about, of one cluster from points to pixels."""
-    (kx, ky), (w, h) = _kappas(box, plane), (plane.x[2], plane.y[2])
+    (kx, ky), (w, h) = _kappas(box, plane), (plane.x.count, plane.y.count)
     nx, ny = min(1.25 * kx + 8, w), min(1.35 * ky + 8, h)
     to_columns = 4 * ny * min(nx, 50) * w
     to_pixels = 2 * min(ny, 26) * h * w

@@ -14,7 +14,6 @@ from chrmc.cgh.curved import baseband, clusters
 from chrmc.cgh.curved.baseband import Axes
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import SMALL
-from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, readable
 from chrmc.cgh.curved.tables import MOST_AT_ONCE
 from chrmc.cgh.curved.verify import waves_looked_at
@@ -47,7 +46,6 @@ def some_of(cloud: PointCloud) -> tuple[PointCloud, float]:
 
 def cost_of(
     cloud: PointCloud,
-    lines: tuple[Line, Line],
     plane: Plane,
     tolerance: float,
     parts: list[PointCloud] | None = None,
@@ -58,7 +56,7 @@ def cost_of(
     parts : its clusters, where they are known
     each : points that one of them stands for
     """
-    pixels = lines[0].count * lines[1].count
+    pixels = plane.x.count * plane.y.count
     if len(cloud) * pixels <= SMALL:
         return OperationCounts(phasors=_WAVE * len(cloud) * pixels, calls=200.0)
     if parts is None:
@@ -74,20 +72,18 @@ def cost_of(
     )
     again = 1.0 if tolerance > _TIGHT else _AGAIN
     for part in tried:
-        one = _of_cluster(part, lines, plane, tolerance, each)
+        one = _of_cluster(part, plane, tolerance, each)
         total += one.times(again * len(parts) / len(tried))
     return total
 
 
-def _of_cluster(
-    cloud: PointCloud, lines: tuple[Line, Line], plane: Plane, tolerance: float, each: float
-) -> OperationCounts:
+def _of_cluster(cloud: PointCloud, plane: Plane, tolerance: float, each: float) -> OperationCounts:
     """From points to pixels."""
     count = round(each * len(cloud))
     box = clusters.bounding_box(cloud.positions)
     reference = clusters.reference_of(box, plane)
     some = cloud.select(slice(None, None, max(1, len(cloud) // _SOME)))
-    axes = baseband.cluster_axes(some, reference, lines, plane, tolerance)
+    axes = baseband.cluster_axes(some, reference, plane, tolerance)
     total = OperationCounts(calls=_CLUSTER)
     if not axes[0].blocks or not axes[1].blocks:
         return total

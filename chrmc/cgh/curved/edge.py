@@ -113,7 +113,7 @@ def reading_of(
     width = SOFT_SHARE * model.reach * float(model.z.min())
     strips = [run for run in axis.runs if run.tapered and missed is not None]
     others = [run for run in axis.runs if not run.tapered]
-    base = next((run.line for run in others if run.line is not None and run.line.count > 1), None)
+    base = next((run.line for run in others if run.line.count > 1), None)
     ends = [(float(axis.nodes[r.nodes].min()), float(axis.nodes[r.nodes].max())) for r in strips]
     places: list[Floats] = []
     filters: list[Filter] = []
@@ -231,7 +231,6 @@ def readings_of(
     reference: Reference,
     box: Floats,
     cloud: PointCloud,
-    targets: tuple[Line, Line],
     plane: Plane,
     aim: float,
     scale: float = 1.0,
@@ -249,8 +248,9 @@ def readings_of(
     wave = Wave(reference, plane.wavelength, plane.reach)
     tried = [waves_along(wave, i, points, spots[1 - i]) for i in range(2)]
     for i in range(2):
-        some = targets[i].places[:: max(1, targets[i].count // 64)]
-        light[i] = np.mean(tried[i].weights(some) ** 2, axis=1) * targets[i].count
+        line = plane.lines[i]
+        some = line.places[:: max(1, line.count // 64)]
+        light[i] = np.mean(tried[i].weights(some) ** 2, axis=1) * line.count
     total = float(weight @ (light[0] * light[1]))
     allowed = (_SHARE * aim) ** 2 / 2 * total
     along: list[Reading] = []

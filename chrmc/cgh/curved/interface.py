@@ -2,7 +2,7 @@
 
 Nothing else of the package is promised. In the order of the computation, see docs/curved.md:
 
-plan      `plane_of` and `lines_of` say what is planned for, `reference_at` takes the wave out,
+plan      `plane_of` says what is planned for, `reference_at` takes the wave out,
           `cluster_axes` gives the nodes (`Axis`, in runs read by blocks), `part_of` some of them
 sum       `sum_points` gives the baseband at nodes, for `cost_of_sums`, by transforms from
           `MANY_POINTS` on (`transformed`); `make_series`, `chebyshev`
@@ -23,7 +23,6 @@ at once   `low_rank` does all of this for one cloud; `in_parallel` and `alone` d
 from chrmc.cgh.curved import (
     check_tolerance,
     field_of,
-    lines_of,
     low_rank,
     plane_of,
     signal_of,
@@ -75,7 +74,6 @@ __all__ = [
     "in_parallel",
     "interpolation",
     "light_kept",
-    "lines_of",
     "low_rank",
     "make_series",
     "measured_error",

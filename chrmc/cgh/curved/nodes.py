@@ -7,13 +7,12 @@ its end hold the light without its footprint, so that the run stays smooth throu
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from math import ceil, hypot, pi
+from math import ceil, hypot
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.band import Grid, band_grid, band_matrix, edge_grid, edge_matrix
-from chrmc.cgh.curved.chebyshev import chebyshev, node_count, pixel_interpolation
 from chrmc.optics.footprint import SOFT_SHARE, taper
 
 Floats = NDArray[np.float64]
@@ -26,6 +25,11 @@ class Line:
     first: float
     step: float
     count: int
+
+    @property
+    def last(self) -> float:
+        """Metres."""
+        return self.first + self.step * (self.count - 1)
 
     @property
     def places(self) -> Floats:
@@ -63,13 +67,13 @@ class Run:
     """Nodes of one kind.
 
     nodes : slice of the axis's nodes
-    line : their places, None where they are not even
+    line : their places
     tapered : the footprint is in their values
     weight : (n,) targets that each stands for; 0 for those beyond the targets
     """
 
     nodes: slice
-    line: Line | None
+    line: Line
     tapered: bool
     weight: Floats
 
@@ -194,7 +198,6 @@ class Needs:
     tolerance : rms error of interpolation, of the light
     lit : metres of the axis that the light falls on
     block : spacings of nodes that a block should have, about
-    edge_share : of the tolerance, where footprints end
     """
 
     extent: Extent
@@ -203,7 +206,6 @@ class Needs:
     tolerance: float
     lit: float
     block: float
-    edge_share: float = 1.0
 
 
 def make_axis(line: Line, x: Floats, z: Floats, needs: Needs) -> Axis:
@@ -234,26 +236,22 @@ def make_axis(line: Line, x: Floats, z: Floats, needs: Needs) -> Axis:
 
 def axis_behind(axis: Axis, x: Floats, z: Floats, needs: Needs) -> Axis:
     """Nodes whose targets are the nodes of another axis, run by run."""
-    pieces = []
-    for run in axis.runs:
-        if run.line is None:
-            own = _on_targets(axis.nodes[run.nodes], run.line, run.tapered)
-        elif run.tapered:
-            own = make_axis(run.line, x, z, needs)
-        else:
-            own = _smooth_run(run.line, needs)
-        pieces.append((own, run.nodes.start))
-    return joined(pieces)
+    return joined(
+        [
+            (
+                make_axis(run.line, x, z, needs) if run.tapered else _smooth_run(run.line, needs),
+                run.nodes.start,
+            )
+            for run in axis.runs
+        ]
+    )
 
 
-def _on_targets(places: Floats, line: Line | None, tapered: bool) -> Axis:
+def _on_targets(line: Line, tapered: bool) -> Axis:
     """Nodes that are the targets."""
-    every = slice(0, len(places))
-    run = Run(every, line, tapered, np.ones(len(places)))
-    return Axis(places, (run,), (Block(every, every, None),))
-
-
-_FEW = 4.0  # Nyquist's count on a whole run below which Chebyshev nodes are as few, and end with it
+    every = slice(0, line.count)
+    run = Run(every, line, tapered, np.ones(line.count))
+    return Axis(line.places, (run,), (Block(every, every, None),))
 
 
 def _smooth_run(line: Line, needs: Needs) -> Axis:
@@ -269,31 +267,15 @@ def _smooth_run(line: Line, needs: Needs) -> Axis:
         if 2 * wide * step <= 1.02 * nyquist:
             break
         nyquist = 2 * wide * step
-        if nyquist * count < _FEW:
-            return _chebyshev_run(line, wide, needs.tolerance)
         grid = band_grid(count, nyquist, needs.tolerance, needs.block)
         if grid is None:
             break
         margin = grid.margin * step * grid.targets / grid.spacings
     if grid is None:
-        return _on_targets(line.places, line, False)
+        return _on_targets(line, False)
     return _even_run(
         line, grid, lambda targets: band_matrix(grid, targets, nyquist, needs.tolerance), None
     )
-
-
-def _chebyshev_run(line: Line, frequency: float, tolerance: float) -> Axis:
-    count = line.count
-    n = node_count(pi * frequency * count * line.step, tolerance)
-    if n >= count:
-        return _on_targets(line.places, line, False)
-    unit = chebyshev(n)
-    middle = line.first + line.step * (count - 1) / 2
-    nodes = middle + line.step * count / 2 * unit
-    weight = pi / 2 / n * count * np.sqrt(1 - unit**2)
-    every = slice(0, n)
-    block = Block(slice(0, count), every, pixel_interpolation(n, count))
-    return Axis(nodes, (Run(every, None, False, weight),), (block,))
 
 
 def _edge_run(line: Line, needs: Needs, edge: tuple[float, float, float]) -> Axis:
@@ -305,10 +287,10 @@ def _edge_run(line: Line, needs: Needs, edge: tuple[float, float, float]) -> Axi
     ends = line.first, line.first + step * (count - 1) / 2, line.first + step * (count - 1)
     nyquist = 2 * local_frequency(ends, needs.extent, needs.wavelength) * step
     width, lit = edge[0] / step, needs.lit / step
-    tolerance = needs.tolerance * needs.edge_share
+    tolerance = needs.tolerance
     grid = edge_grid(count, nyquist, width, lit, tolerance, needs.block)
     if grid is None:
-        return _on_targets(line.places, line, True)
+        return _on_targets(line, True)
     return _even_run(
         line, grid, lambda targets: edge_matrix(grid, targets, nyquist, width, tolerance),
         edge[1:],

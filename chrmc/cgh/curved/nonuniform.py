@@ -49,13 +49,9 @@ def readable(
     tolerance: float,
 ) -> Readings | None:
     """How nodes are read off the plain baseband; None where no filter is good enough for edges."""
-    lines = tuple(
-        Line(first, (last - first) / max(count - 1, 1), count) for first, last, count in
-        (plane.x, plane.y)
-    )  # fmt: skip
     some = cloud.select(slice(None, None, max(1, len(cloud) // _TRIED)))
     box, aim = clusters.bounding_box(cloud.positions), _FILTER_SHARE * tolerance
-    read = readings_of(axes, reference, box, some, (lines[0], lines[1]), plane, aim)
+    read = readings_of(axes, reference, box, some, plane, aim)
     if any(read.from_points) or not all(len(one.places) for one in read.along):
         return None
     return read

@@ -11,7 +11,6 @@ from chrmc.cgh import rt
 from chrmc.cgh.counts import STATED
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.cost import cost_of
-from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.verify import SURE, field_error
 from chrmc.optics.footprint import coverage
 from chrmc.optics.passband import Passband
@@ -24,21 +23,12 @@ _BEARABLE = 8.0  # seconds, as stated
 _NOISE = 0.7, 1e-4  # expected of single precision: of the tolerance, and at most
 
 
-def bearable(
-    cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Passband
-) -> bool:
-    """Whether rays take seconds, not minutes."""
-    counts = rt.cost(cloud, slm, wavelength, window, passband)
-    return STATED.seconds(counts) <= _BEARABLE
-
-
 def rays_pay(
     cloud: PointCloud,
     slm: SLM,
     wavelength: float,
     window: Window,
     passband: Passband,
-    lines: tuple[Line, Line],
     plane: Plane,
     tolerance: float,
 ) -> bool:
@@ -49,7 +39,7 @@ def rays_pay(
     if seconds > _BEARABLE:
         return False
     try:
-        return seconds < STATED.seconds(cost_of(cloud, lines, plane, tolerance))
+        return seconds < STATED.seconds(cost_of(cloud, plane, tolerance))
     except ValueError:  # no low-rank form can be planned
         return True
 
@@ -60,14 +50,16 @@ def by_rays(
     wavelength: float,
     window: Window,
     passband: Passband,
-    lines: tuple[Line, Line],
     plane: Plane,
     tolerance: float,
 ) -> tuple[NDArray[np.complex64], float] | None:
-    """The field and its error on some pixels; None where single precision will not do."""
-    allowed = min(_NOISE[0] * tolerance, _NOISE[1])
-    made = rt.quick_field(cloud, slm, wavelength, window, passband, allowed)
+    """The field and its error on some pixels; None where rays take minutes, or single precision
+    will not do."""
+    given = cloud, slm, wavelength, window, passband
+    if STATED.seconds(rt.cost(*given)) > _BEARABLE:
+        return None
+    made = rt.quick_field(*given, min(_NOISE[0] * tolerance, _NOISE[1]))
     if made is None:
         return None
-    error = field_error(made, cloud, lines, wavelength, plane.reach, tolerance)
+    error = field_error(made, cloud, plane.lines, wavelength, plane.reach, tolerance)
     return (made, error) if error <= SURE * tolerance else None

@@ -165,7 +165,7 @@ def make_series(
     most : samples of it that may be taken
     """
     ranges = [x_range, y_range, *((float(low), float(high)) for low, high in box)]
-    counts = _few_samples(ranges, kernel, tolerance) or _sample_counts(ranges, kernel, tolerance)
+    counts = _sample_counts(ranges, kernel, tolerance)
     if np.prod(counts, dtype=float) > min(most, MOST_SAMPLES):
         return None
     grids = [
@@ -223,43 +223,11 @@ def _turn(
     return turned, mix, squares[:keep], float(left[keep])
 
 
-_TRIED = 12  # samples along an axis in the first attempt
-
-
-def _few_samples(
-    ranges: Sequence[tuple[float, float]], kernel: Kernel, tolerance: float
-) -> list[int] | None:
-    """Chebyshev samples along target x, y and point x, y, z, read off the decay of coefficients.
-
-    None where some axis needs more than were tried.
-    """
-    counts = []
-    for axis, (low, high) in enumerate(ranges):
-        if high <= low:
-            counts.append(1)
-            continue
-        places = []
-        for other, (start, stop) in enumerate(ranges):
-            unit = chebyshev(_TRIED) if other == axis else _LOBATTO[::6]
-            if stop <= start:
-                unit = np.zeros(1)
-            shape = [1] * 5
-            shape[other] = len(unit)
-            places.append(((start + stop) / 2 + (stop - start) / 2 * unit).reshape(shape))
-        samples = np.moveaxis(phasors(*kernel(*places)), axis, 0).reshape(_TRIED, -1)
-        power = np.mean(np.abs(_transform(_TRIED) @ samples) ** 2, axis=1)
-        left = np.cumsum(power[::-1])[::-1]
-        enough = np.flatnonzero(left[1:] <= left[0] * (tolerance / 10) ** 2)
-        if not len(enough) or enough[0] + 1 > _TRIED - 2:
-            return None
-        counts.append(int(enough[0]) + 1)
-    return counts
-
-
 def _sample_counts(
     ranges: Sequence[tuple[float, float]], kernel: Kernel, tolerance: float
 ) -> list[int]:
-    """The same from the steepest slopes of phase and modulus."""
+    """Chebyshev samples along target x, y and point x, y, z, from the steepest slopes of phase and
+    modulus."""
     tx, ty = ((low + high) / 2 + (high - low) / 2 * _LOBATTO for low, high in ranges[:2])
     px, py, pz = (
         (low + high) / 2 + (high - low) / 2 * (_LOBATTO[::3] if high > low else np.zeros(1))

@@ -89,7 +89,7 @@ def choose(
 
     plan : of the first frame, from `planned`; outline : of the body, from `outline_of`
     poses : of the frames to come, this one first
-    targets, plane : the hologram's pixels, from `lines_of` and `plane_of`
+    targets, plane : the hologram's pixels, from `plane_of`, and its lines
     tolerance : that spheres and nodes aim at
     most : complex numbers that its grid may hold
     always : reuse, whether it pays or not

@@ -10,7 +10,6 @@ from chrmc.cgh.counts import OperationCounts
 from chrmc.cgh.curved.interface import (
     bounding_box,
     cost_of,
-    lines_of,
     pixels_from,
     plane_of,
     some_of,
@@ -73,7 +72,7 @@ def cost(
     objects : the objects of the first frame; later : the numbers of the others
     """
     window = Window.full(slm)
-    plane, lines = plane_of(slm, wavelength, window, coding.passband), lines_of(slm, window)
+    plane = plane_of(slm, wavelength, window, coding.passband)
     always = 1 + len(later)
     choosing = _CHOOSE * (1 + log2(max(always, 4) / 4))
     known: dict[tuple[float, ...], tuple[int, OperationCounts]] = {}
@@ -87,7 +86,7 @@ def cost(
         if alike not in known:
             some, each = some_of(obj.cloud)
             parts = split(some, own, each)
-            counts = cost_of(obj.cloud, lines, own, tolerance, parts, each)
+            counts = cost_of(obj.cloud, own, tolerance, parts, each)
             known[alike] = len(parts), counts
         waves, fresh = known[alike]
 
@@ -118,10 +117,10 @@ def cost(
         aim = AIM * tolerance
         body = obj.body
         outline = outline_of(body.select(slice(None, None, max(1, len(body) // _SOME))))
-        plan = planned(obj, outline, lines, own, aim)
+        plan = planned(obj, outline, plane.lines, own, aim)
         if len(chosen) < _CHOSEN:
             poses = [obj.pose, *poses_ahead(scene, obj, later)]
-            choice = choose(plan, outline, poses, lines, plane, aim)
+            choice = choose(plan, outline, poses, plane.lines, plane, aim)
             chosen.append((len(obj.cloud), choice))
         else:
             choice = min(chosen, key=lambda c: abs(c[0] - len(obj.cloud)))[1]

@@ -94,8 +94,8 @@ def planned(
         rim = PointCloud(outer, np.ones(len(outer)), np.zeros(len(outer)))
     box = bounding_box(rim.positions)
     reference = reference_at((cx, cy, cz), box, plane)
-    axes = cluster_axes(rim, reference, targets, plane, aim)
-    read = readings_of(axes, reference, box, cloud, targets, plane, aim, scale)
+    axes = cluster_axes(rim, reference, plane, aim)
+    read = readings_of(axes, reference, box, cloud, plane, aim, scale)
     return Plan(
         obj, aim, Wave(reference, plane.wavelength, plane.reach), axes, read.along,
         cloud, scale, read.missed, read.from_points,
@@ -120,9 +120,9 @@ def views_ahead(
     middle, size = outline.middle, outline.size
     centre = np.stack([pose.apply(middle[None])[0] for pose in poses])
     sides = []
-    for i, (low, high, _) in enumerate((plane.x, plane.y)):
+    for i, line in enumerate(plane.lines):
         far = size + (centre[:, 2] + size) * plane.reach[i]
-        a, b = np.maximum(low, centre[:, i] - far), np.minimum(high, centre[:, i] + far)
+        a, b = np.maximum(line.first, centre[:, i] - far), np.minimum(line.last, centre[:, i] + far)
         a, b = np.minimum(a, b), np.maximum(a, b)
         # Places lie beyond the light; about as far in the other frames as in the first.
         places = first.readings[i].places

@@ -25,7 +25,6 @@ from chrmc.cgh.curved.interface import (
     Factor,
     alone,
     check_tolerance,
-    lines_of,
     low_rank,
     plane_of,
 )
@@ -109,7 +108,7 @@ class _Maker:
         self._numbers, self._coding, self._tolerance = numbers, coding, tolerance
         self._window = Window.full(slm)
         self._plane = plane_of(slm, wavelength, self._window, coding.passband)
-        self._targets = lines_of(slm, self._window)
+        self._targets = self._plane.lines
         self._promise = Promise(self._targets, self._plane, tolerance)
         self._tracks: dict[str, _Track] = {}
         self._outlines: dict[str, Outline] = {}

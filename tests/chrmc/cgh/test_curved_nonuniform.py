@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
-from chrmc.cgh.curved import clusters, lines_of, nonuniform, plane_of
+from chrmc.cgh.curved import clusters, nonuniform, plane_of
 from chrmc.cgh.curved.baseband import cluster_axes
 from chrmc.cgh.curved.nonuniform import nonuniform_baseband
 from chrmc.cgh.curved.tables import exact_baseband
@@ -24,7 +24,7 @@ def missed(points: PointCloud, slm: SLM, tolerance: float) -> tuple[float, float
     window, coding = Window.full(slm), coding_for("ssb", slm)
     plane = plane_of(slm, WAVELENGTH, window, coding.passband)
     its = clusters.reference_of(clusters.bounding_box(points.positions), plane)
-    axes = cluster_axes(points, its, lines_of(slm, window), plane, tolerance)
+    axes = cluster_axes(points, its, plane, tolerance)
     made = nonuniform_baseband(points, axes, its, plane, tolerance)
     if made is None:
         return None

@@ -117,7 +117,7 @@ def test_exact_and_separable_basebands_agree() -> None:
     window = Window.full(LC_R_1080)
     band = coding_for("ssb", LC_R_1080).passband
     plane = curved.plane_of(LC_R_1080, WAVELENGTH, window, band)
-    factor, _ = curved.make_factor(cloud, curved.lines_of(LC_R_1080, window), plane, 1e-5)
+    factor, _ = curved.make_factor(cloud, plane, 1e-5)
     real, imag = tables.exact_baseband(
         cloud, factor.axis_x, factor.axis_y,
         tables.Wave(factor.reference, WAVELENGTH, plane.reach),

@@ -111,14 +111,11 @@ def test_a_wrong_factor_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     cloud = cloud_of(80, (5e-4,) * 3, (0, 0, 0.15))
     window, band = Window.full(PANEL), full_band(PANEL)
     made = curved.low_rank(cloud, PANEL, WAVELENGTH, window, band)
-    plane, lines = (
-        curved.plane_of(PANEL, WAVELENGTH, window, band),
-        curved.lines_of(PANEL, window),
-    )
+    plane = curved.plane_of(PANEL, WAVELENGTH, window, band)
 
     def seen() -> float:
         return verify.measured_error(
-            made.factors, cloud, lines, WAVELENGTH, plane.reach, 1e-3, 1e-3
+            made.factors, cloud, plane.lines, WAVELENGTH, plane.reach, 1e-3, 1e-3
         )
 
     assert seen() < 1e-3
@@ -132,13 +129,10 @@ def test_each_source_of_error_is_expected_where_it_dominates(wrong: str) -> None
     """One axis planned for 3e-2, the other for 1e-6; then terms left out on purpose."""
     cloud = cloud_of(300, (9e-4, 7e-4, 5e-4), (3e-4, 2e-4, 0.12))
     window, band = Window.full(PANEL), full_band(PANEL)
-    lines, plane = (
-        curved.lines_of(PANEL, window),
-        curved.plane_of(PANEL, WAVELENGTH, window, band),
-    )
+    plane = curved.plane_of(PANEL, WAVELENGTH, window, band)
     reference = reference_of(bounding_box(cloud.positions), plane)
-    fine = cluster_axes(cloud, reference, lines, plane, 1e-6)
-    coarse = cluster_axes(cloud, reference, lines, plane, 3e-2)
+    fine = cluster_axes(cloud, reference, plane, 1e-6)
+    coarse = cluster_axes(cloud, reference, plane, 3e-2)
     axes = {"x": (coarse[0], fine[1]), "y": (fine[0], coarse[1])}.get(wrong, fine)
     wave = Wave(reference, WAVELENGTH, plane.reach)
     real, imag = exact_baseband(cloud, *axes, wave)
@@ -148,7 +142,7 @@ def test_each_source_of_error_is_expected_where_it_dominates(wrong: str) -> None
         scale = 2e-3 * np.sqrt(np.mean(real**2 + imag**2) / 2)
         real, imag = real + scale * noise[0], imag + scale * noise[1]
     factor = curved.Factor(*axes, reference, real, imag)
-    places = lines[0].places, lines[1].places
+    places = plane.x.places, plane.y.places
     budget = predict.budget_of(factor, cloud, places, wave, missed)
     field = curved.field_of([factor], PANEL, WAVELENGTH, window)
     error = relative_error(field, reference_field(cloud, PANEL, WAVELENGTH))
@@ -275,9 +269,8 @@ def test_a_look_costs_little_of_a_frame() -> None:
 def test_clusters_that_overlap_are_looked_at_in_all_rows() -> None:
     """Eight clusters over the same rows share them once, not an eighth each."""
     cloud = cloud_of(60, (4e-4,) * 3, (0, 0, 0.12))
-    lines = curved.lines_of(PANEL, Window.full(PANEL))
     plane = curved.plane_of(PANEL, WAVELENGTH, Window.full(PANEL), full_band(PANEL))
-    factor, _ = curved.make_factor(cloud, lines, plane, 1e-3)
+    factor, _ = curved.make_factor(cloud, plane, 1e-3)
     alone, many = (verify._picked([factor.axis_y] * n, np.random.default_rng(0)) for n in (1, 8))
     assert len(many[0]) == len(alone[0]) >= 20
     assert many[1].sum() == pytest.approx(alone[1].sum())
@@ -289,7 +282,7 @@ def test_clusters_that_cancel_each_other_round_as_what_they_are() -> None:
     factors = curved.low_rank(cloud, PANEL, WAVELENGTH, window, band).factors
     less = [replace(f, real=-0.99 * f.real, imag=-0.99 * f.imag) for f in factors]
     plane = curved.plane_of(PANEL, WAVELENGTH, window, band)
-    given = cloud, curved.lines_of(PANEL, window), WAVELENGTH, plane.reach, 1e-3, 1e-3
+    given = cloud, plane.lines, WAVELENGTH, plane.reach, 1e-3, 1e-3
     assert verify.look(factors, *given)[1] == pytest.approx(predict.ROUNDING)
     assert verify.look(factors + less, *given)[1] == pytest.approx(
         predict.ROUNDING * np.hypot(1, 0.99) / 0.01, rel=1e-3

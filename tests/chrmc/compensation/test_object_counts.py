@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from chrmc import LC_R_1080, WAVELENGTH, PointCloud
-from chrmc.cgh.curved.interface import cost_of, lines_of, plane_of
+from chrmc.cgh.curved.interface import cost_of, plane_of
 from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, Choice, choose
 from chrmc.compensation.ch_rmc_object.cost import cost
 from chrmc.compensation.ch_rmc_object.plan import outline_of, planned
@@ -41,7 +41,7 @@ def chosen(
     obj = ObjectFrame("body", cloud, points, np.arange(count), poses[0])
     window, passband = Window.full(LC_R_1080), coding_for("ssb", LC_R_1080).passband
     plane = plane_of(LC_R_1080, WAVELENGTH, window, passband)
-    lines = lines_of(LC_R_1080, window)
+    lines = plane.lines
     outline = outline_of(points)
     plan = planned(obj, outline, lines, plane, tolerance)
     return choose(plan, outline, poses, lines, plane, tolerance, most, always)
@@ -135,7 +135,7 @@ def test_what_is_done_with_each_object_and_what_it_takes() -> None:
     plane = plane_of(slm, WAVELENGTH, Window.full(slm), coding.passband)
     for one, obj in zip(found[1:], [things[i] for i in (1, 2, 3, 4)], strict=True):
         own = replace(plane, points=len(obj.cloud))
-        afresh = cost_of(obj.cloud, lines_of(slm, Window.full(slm)), own, 1e-3)
+        afresh = cost_of(obj.cloud, own, 1e-3)
         assert one.key.phasors == pytest.approx(afresh.phasors)
         assert one.key.products == pytest.approx(afresh.products)
     for one in (turns, several, few):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chrmc import SLM, WAVELENGTH, PointCloud
-from chrmc.cgh.curved.interface import Budget, lines_of, low_rank, plane_of
+from chrmc.cgh.curved.interface import Budget, low_rank, plane_of
 from chrmc.compensation.ch_rmc_object.promise import Promise
 from chrmc.optics.passband import full_band
 from chrmc.window import Window
@@ -29,8 +29,8 @@ def test_a_wrong_factor_is_refused_when_it_is_looked_at(
     cloud = points(count)
     low = low_rank(cloud, PANEL, WAVELENGTH, window, band)
     (factor,) = low.factors
-    lines, plane = lines_of(PANEL, window), plane_of(PANEL, WAVELENGTH, window, band)
-    promise = Promise(lines, plane, 1e-3)
+    plane = plane_of(PANEL, WAVELENGTH, window, band)
+    promise = Promise(plane.lines, plane, 1e-3)
     assert promise.kept(factor, cloud, low.budget, frames)
     assert not promise.kept(
         factor, cloud, Budget(2e-6 * low.budget.light, low.budget.light), frames
@@ -38,7 +38,7 @@ def test_a_wrong_factor_is_refused_when_it_is_looked_at(
     for part in (factor.real, factor.imag):
         part *= np.float32(1.003)
     assert promise.kept(factor, cloud, low.budget, frames) == (not looked)
-    assert Promise(lines, plane, 1e-2).kept(factor, cloud, low.budget, frames)
+    assert Promise(plane.lines, plane, 1e-2).kept(factor, cloud, low.budget, frames)
 
 
 def test_objects_that_cancel_are_looked_at_together() -> None:
@@ -47,7 +47,8 @@ def test_objects_that_cancel_are_looked_at_together() -> None:
     other = PointCloud(one.positions, 0.99 * one.amplitude, one.phase + np.pi)
     made = [low_rank(cloud, PANEL, WAVELENGTH, window, band) for cloud in (one, other)]
     both = PointCloud.concatenate([one, other])
-    promise = Promise(lines_of(PANEL, window), plane_of(PANEL, WAVELENGTH, window, band), 1e-3)
+    plane = plane_of(PANEL, WAVELENGTH, window, band)
+    promise = Promise(plane.lines, plane, 1e-3)
     total = made[0].budget + made[1].budget
     factors = [low.factors[0] for low in made]
     for part in (factors[1].real, factors[1].imag):

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
-from chrmc.cgh.curved.interface import fewer, lines_of, plane_of, reference_cycles, taps_for
+from chrmc.cgh.curved.interface import fewer, plane_of, reference_cycles, taps_for
 from chrmc.compensation.ch_rmc_object.chart import path
 from chrmc.compensation.ch_rmc_object.group import Group, cut
 from chrmc.compensation.ch_rmc_object.plan import Plan, outline_of, planned
@@ -40,7 +40,7 @@ def plan_of(obj: ObjectFrame, slm: SLM, tolerance: float, encoding: str = "ssb")
     window = Window.full(slm)
     plane = plane_of(slm, WAVELENGTH, window, coding_for(encoding, slm).passband)
     assert obj.body is not None
-    return planned(obj, outline_of(obj.body), lines_of(slm, window), plane, tolerance)
+    return planned(obj, outline_of(obj.body), plane.lines, plane, tolerance)
 
 
 def exact(
@@ -114,9 +114,9 @@ def test_the_sphere_holds_a_turning_bodys_light(
     window = Window.full(SMALL)
     plane = plane_of(SMALL, WAVELENGTH, window, coding_for("ssb", SMALL).passband)
     outline = outline_of(points)
-    plans = [planned(frame, outline, lines_of(SMALL, window), plane, tolerance) for frame in frames]
+    plans = [planned(frame, outline, plane.lines, plane, tolerance) for frame in frames]
     poses = [frame.pose for frame in frames if frame.pose is not None]
-    group = Group(plans[0], outline, poses, parts, lines_of(SMALL, window), plane, tolerance)
+    group = Group(plans[0], outline, poses, parts, plane.lines, plane, tolerance)
     visible = np.ones(len(points), dtype=bool)
     random = np.random.default_rng(3)
     for number, (frame, plan) in enumerate(zip(frames, plans, strict=True)):
@@ -246,9 +246,7 @@ def test_the_last_bits_do_not_depend_on_which_thread_is_first(
     for threads in ("1", "2", "4", "4"):
         monkeypatch.setenv(THREADS, threads)
         assert frame.pose is not None
-        group = Group(
-            plan, outline_of(points), [frame.pose], (1, 1, 1), lines_of(SMALL, window), plane, 1e-3
-        )
+        group = Group(plan, outline_of(points), [frame.pose], (1, 1, 1), plane.lines, plane, 1e-3)
         every = np.ones(len(points), dtype=bool)
         read.append(group._plain(frame.pose, plan.wave.reference, x, y, every))
     for other in read[1:]:
