@@ -1,7 +1,8 @@
 """Long turns and many bodies on the object surface: every frame's error, and the memory held."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -9,12 +10,15 @@ from scipy.spatial.transform import Rotation
 import chrmc
 from chrmc.bench.speed import most_held
 from chrmc.encoding import coding_for
+from chrmc.files import read_json, write_json
 from chrmc.reference import reference_samples, relative_error
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Pose, Scene
 from chrmc.slm import SLM
 
+GROUP = 60
+"""Frames that are made from one key frame on, as a stored video's groups are."""
 _PIXELS = 60
 _FEW = 3e6  # waves that a frame is looked at with, at most
 
@@ -107,25 +111,73 @@ class _Facing:
 
 
 def endured(
-    scene: Scene, slm: SLM, wavelength: float, tolerance: float = 1e-3
+    scene: Scene,
+    slm: SLM,
+    wavelength: float,
+    tolerance: float = 1e-3,
+    before: Endured | None = None,
 ) -> Iterator[Endured]:
-    """Frame after frame, what came of all until then."""
+    """Frame after frame, what came of all until then; group by group, as a video is generated.
+
+    before : what came of the groups that there have been; it goes on behind them
+    """
     coding = coding_for("ssb", slm)
-    random = np.random.default_rng(0)
-    worst, early, keys = 0.0, 0.0, 0
-    made = chrmc.video(
-        scene, slm, wavelength, compensation="ch-rmc-object", coding=coding, tolerance=tolerance
-    )
-    for frame in made:
-        pixels = int(np.clip(_FEW / max(len(frame.cloud), 1), 24, _PIXELS))
-        rows = random.integers(0, slm.height, pixels)
-        columns = random.integers(0, slm.width, pixels)
-        truth = reference_samples(
-            frame.cloud, slm, wavelength, rows, columns, passband=coding.passband
-        )
-        worst = max(worst, relative_error(frame.field[rows, columns], truth) / tolerance)
-        keys += frame.record.key
-        held = most_held() / 2**20
-        if frame.number <= max(1, scene.frame_count // 10):
-            early = held
-        yield Endured(scene.name, tolerance, frame.number, worst, early, held, keys)
+    worst, early, late, keys, done = 0.0, 0.0, 0.0, 0, 0
+    if before is not None:
+        worst, early, late = before.error, before.early, before.late
+        keys, done = before.keys, before.frames
+    for start in range(done + 1, scene.frame_count + 1, GROUP):
+        random = np.random.default_rng(start)
+        made = chrmc.video(
+            scene, slm, wavelength, compensation="ch-rmc-object", coding=coding,
+            tolerance=tolerance, frames=(start, min(start + GROUP - 1, scene.frame_count)),
+        )  # fmt: skip
+        for frame in made:
+            pixels = int(np.clip(_FEW / max(len(frame.cloud), 1), 24, _PIXELS))
+            rows = random.integers(0, slm.height, pixels)
+            columns = random.integers(0, slm.width, pixels)
+            truth = reference_samples(
+                frame.cloud, slm, wavelength, rows, columns, passband=coding.passband
+            )
+            error = relative_error(frame.field[rows, columns], truth) / tolerance
+            worst = max(worst, error)
+            keys += frame.record.key
+            late = max(late, most_held() / 2**20)
+            if frame.number <= max(1, scene.frame_count // 10):
+                early = late
+            yield Endured(scene.name, tolerance, frame.number, worst, early, late, keys)
+
+
+class Kept:
+    """What came of long turns so far, in a file beside the table; without a path in no file.
+
+    made_with : machine and settings; what was made with others is refused
+    """
+
+    def __init__(self, path: Path | None, made_with: Sequence[str]) -> None:
+        self.path, self.made_with = path, list(made_with)
+        self._kept: dict[tuple[str, float], Endured] = {}
+        if path is None or not path.exists():
+            return
+        stored = read_json(path, "record of long turns")
+        try:
+            before, rows = stored["made_with"], [Endured(**row) for row in stored["turns"]]
+        except (KeyError, TypeError):
+            raise ValueError(f"{path} is no record of long turns: remove it") from None
+        if before != self.made_with:
+            raise ValueError(
+                f"{path} was made with {'; '.join(map(str, before))}, not "
+                f"{'; '.join(self.made_with)}: remove it, or name another --out"
+            )
+        self._kept = {(row.name, row.tolerance): row for row in rows}
+
+    def of(self, name: str, tolerance: float) -> Endured | None:
+        """What came of a turn so far."""
+        return self._kept.get((name, tolerance))
+
+    def take(self, turn: Endured) -> None:
+        """Keep what came of one so far."""
+        self._kept[turn.name, turn.tolerance] = turn
+        if self.path is not None:
+            turns = [asdict(one) for one in self._kept.values()]
+            write_json(self.path, {"made_with": self.made_with, "turns": turns})
