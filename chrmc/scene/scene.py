@@ -74,7 +74,16 @@ class Pose:
 
     def apply(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N, 3) body positions carried into the world."""
-        return positions @ self.rotation.T + self.translation
+        # Column by column: so thin a matrix product takes ten times as long.
+        x, y, z = positions.T
+        out = np.empty((len(positions), 3))
+        for i, (a, b, c) in enumerate(self.rotation.tolist()):
+            column = a * x
+            column += b * y
+            column += c * z
+            column += self.translation[i]
+            out[:, i] = column
+        return out
 
     def same_as(self, other: "Pose") -> bool:
         """Exactly the same motion."""
