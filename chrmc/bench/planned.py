@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from chrmc.bench.kept import KeptFrames
 from chrmc.compensation.frame import VideoFrame
 from chrmc.generation.recipe import Recipe, recipe_for
 from chrmc.grey_levels import encode, encode_signal
@@ -23,7 +24,7 @@ from chrmc.reference import reference_samples, relative_error
 from chrmc.scene.load import load_scene
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
-from chrmc.scene.scene import Pose, Scene, SceneFrame
+from chrmc.scene.scene import Pose, Scene
 from chrmc.slm import LC_R_1080, SLM
 from chrmc.threads import THREADS
 
@@ -136,7 +137,7 @@ def rows(case: Case) -> Iterator[Row]:
     rates = calibrate(BRIEF)
     made = case.make()
     last = min(case.frames, made.frame_count)
-    scene: Any = _Kept(made)
+    scene: Any = KeptFrames(made)
     measured: dict[tuple[str, str, float | None], tuple[float, float]] = {}
 
     def measure(choice: Choice) -> tuple[float, float]:
@@ -210,22 +211,6 @@ def _measured(scene: Scene, slm: SLM, choice: Choice, last: int) -> tuple[float,
         if spent > 20:
             break
     return best / last, error
-
-
-class _Kept:
-    """A scene whose frames are kept, so that only holograms are timed."""
-
-    def __init__(self, scene: Scene) -> None:
-        self._scene = scene
-        self._frames: dict[int, SceneFrame] = {}
-
-    def frame(self, number: int) -> SceneFrame:
-        if number not in self._frames:
-            self._frames[number] = self._scene.frame(number)
-        return self._frames[number]
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._scene, name)
 
 
 def _error(recipe: Recipe, frame: VideoFrame) -> float:

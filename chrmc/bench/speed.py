@@ -6,11 +6,13 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import chrmc
+from chrmc.bench.kept import KeptFrames
 from chrmc.bench.rivals import corrected_signal
 from chrmc.cgh import curved
 from chrmc.cgh.curved.assembly import row_runs
@@ -242,10 +244,9 @@ def videos(
     encode : signal to 8 bits
     """
     coding = coding_for("ssb", slm)
-    for number in range(1, last + 1):
-        scene.frame(number)  # made beforehand: rendering the scene is not the hologram's time
+    kept: Any = KeptFrames(scene, range(1, last + 1))
     made = chrmc.video(
-        scene, slm, wavelength, cgh="curved", compensation="ch-rmc", frames=(1, last),
+        kept, slm, wavelength, cgh="curved", compensation="ch-rmc", frames=(1, last),
         coding=coding, tolerance=tolerance,
     )  # fmt: skip
     seconds, errors, keys = [], [], 0

@@ -162,6 +162,7 @@ def _reused(case: "Reuse") -> str:
     return (
         f"{case.name}: object surface {1e3 * case.later:.0f} ms, afresh {1e3 * case.fresh:.0f} ms, "
         f"first frame {1e3 * case.first:.0f} ms, all frames {case.ratio:.2f} of afresh, "
+        f"{case.work:.2f} in processor time, "
         f"error {case.error:.1e} ({case.how[0]})"
     )
 
