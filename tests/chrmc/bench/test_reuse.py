@@ -1,10 +1,13 @@
 """The bench of reuse: its bodies, and that it measures what it says."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from chrmc import SLM, WAVELENGTH
-from chrmc.bench.endurance import crossing, endured
+from chrmc.bench import endurance
+from chrmc.bench.endurance import Kept, crossing, endured
 from chrmc.bench.reuse import Case, ellipsoid_scene, reuse
 from chrmc.bench.rivals import corrected_signal
 from chrmc.encoding import coding_for
@@ -47,3 +50,24 @@ def test_bodies_that_cross_hide_one_another_and_are_looked_at_in_every_frame() -
     assert len(scene.frame(2).objects) == 3
     *_, last = endured(scene, PANEL, WAVELENGTH, 1e-2)
     assert last.frames == 4 and 0 < last.error <= 1 and last.keys >= 1
+
+
+def test_a_long_turn_that_was_stopped_goes_on_behind_its_last_group(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(endurance, "GROUP", 2)
+    scene, path = endurance.spinning(200, 5), tmp_path / "turns.json"
+    whole = list(endured(scene, PANEL, WAVELENGTH, 1e-2))
+    kept = Kept(path, ["here"])
+    assert kept.of("spin", 1e-2) is None
+    kept.take(whole[1])  # stopped in frame 3
+    before = Kept(path, ["here"]).of("spin", 1e-2)
+    assert before == whole[1] and before.frames == 2
+    rest = list(endured(scene, PANEL, WAVELENGTH, 1e-2, before))
+    assert [one.frames for one in rest] == [3, 4, 5]
+    assert (rest[-1].error, rest[-1].keys) == (whole[-1].error, whole[-1].keys)
+    with pytest.raises(ValueError, match="made with here, not elsewhere"):
+        Kept(path, ["elsewhere"])
+    path.write_text("[]")
+    with pytest.raises(ValueError, match="no record of long turns"):
+        Kept(path, ["here"])
