@@ -57,7 +57,9 @@ def summary(video: Video) -> Iterator[str]:
         on = f" on {min(checked)} pixels of {len(checked)} frames, each ± {sure:.0%} (95 %)"
     yield from _errors(entries, "error_reference", f"field error against the float64 truth{on}")
     yield from _errors(
-        entries, "error_reuse", "of it by reuse, against the same method afresh (see rekey_error)"
+        entries,
+        "error_reuse",
+        "by reuse alone, on all pixels, against the same method afresh (rekey_error limits it)",
     )
 
 
@@ -91,5 +93,6 @@ def _why_nothing_is_reused(video: Video) -> str:
         for name, why in reasons.items()
     ]
     names = dict.fromkeys(thing["name"] for entry in video.frames for thing in entry["objects"])
-    told += [f"{name} is reused" for name in names if name not in reasons]
+    if reasons.keys() <= names.keys():  # and not all objects as one
+        told += [f"{name} is reused" for name in names if name not in reasons]
     return ": " + ", ".join(told)
