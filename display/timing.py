@@ -184,7 +184,7 @@ class Summary:
 
     def lines(self) -> list[str]:
         """The summary in words."""
-        text = [f"{self.frames} frames in {self.flips} flips"]
+        text = [f"{self.frames} frame{'' if self.frames == 1 else 's'} in {self.flips} flips"]
         total = sum(self.intervals)
         if self.intervals and total > 0:
             ordered = sorted(self.intervals)

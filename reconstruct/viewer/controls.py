@@ -127,7 +127,7 @@ def compared(session: Session) -> None:
         imgui.text_disabled(f"PSNR, SSIM: {'a frame cannot be read' if fault else 'not yet'}")
         return
     imgui.text_disabled("of the region" if held.region else "of all; R marks a region")
-    ssim = "measured" if model.alike is None else f"about {model.alike.ssim:.3f}"
+    ssim = "being measured" if model.alike is None else f"about {model.alike.ssim:.3f}"
     if held.ssim is not None and not held.coarse:
         ssim = f"{held.ssim:.4f}"
     rows("compared", [("PSNR", f"{held.psnr:.2f} dB"), ("SSIM", ssim),
