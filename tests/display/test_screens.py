@@ -127,9 +127,17 @@ def test_the_screen_saver_is_held_off_while_playing(two_monitors, tmp_path, vide
 
 def test_keys_reach_the_player(one_monitor, tmp_path, video_maker, small):
     folder = video_maker(tmp_path / "video", LC_R_1080, 2)
-    player = one_monitor.start("play", str(folder), "--loop", "--log", str(tmp_path / "log.csv"))
     log = tmp_path / "log.csv"
-    one_monitor.until(lambda: log.exists() and len(log.read_text().splitlines()) > 5, player)
+    player = one_monitor.start(
+        "play", str(folder), "--loop", "--start-on", "key", "--log", str(log)
+    )
+    told = [player.stdout.readline()]
+    while told[-1] and "a key starts it" not in told[-1]:
+        told.append(player.stdout.readline())
+    assert "dark for up to 2 s" in "".join(told)
+    assert len(log.read_text().splitlines()) <= 1
+    one_monitor.press("Return")
+    one_monitor.until(lambda: len(log.read_text().splitlines()) > 5, player)
     one_monitor.press("space")
     one_monitor.until(lambda: "paused" in log.read_text(), player)
     one_monitor.press("Escape")

@@ -74,6 +74,7 @@ def lands_and_stays(server, tmp_path, video_maker, slm, name):
     assert name not in ALWAYS or {r["place"] for r in rows} == {"ok"}, (name, errors)
     facts = json.loads(log.with_suffix(".json").read_text())
     assert facts["monitor"]["width"] == slm.width and facts["monitor"]["name"].startswith("DUMMY")
+    assert {"utc", "versions", "reported_refresh_hz", "measured_refresh_hz"} <= set(facts)
     return facts
 
 
