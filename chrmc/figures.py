@@ -40,12 +40,12 @@ def save(figure: Any, path: str | Path, dpi: float = 130, **more: Any) -> None:
     """Write a figure, whole or not at all; `more` as `Figure.savefig` takes it."""
     path = check_figure(path)
     # Not onto the disk at once: writers of PDF stumble over a full one.
-    made = BytesIO()
+    buffer = BytesIO()
     figure.savefig(
-        made, format=path.suffix[1:].lower(), dpi=dpi, facecolor=figure.get_facecolor(), **more
+        buffer, format=path.suffix[1:].lower(), dpi=dpi, facecolor=figure.get_facecolor(), **more
     )
     with replacing(path) as partial:
-        partial.write_bytes(made.getvalue())
+        partial.write_bytes(buffer.getvalue())
 
 
 def log_ticks(axis: Any, words: Any = None) -> None:
@@ -96,8 +96,8 @@ def scale_bar(axis: Any, view: tuple[float, float, float, float], colour: str = 
     start = end - length * (1 if right > left else -1)
     edge = [patheffects.withStroke(linewidth=4, foreground="black")]
     axis.plot([start, end], [y, y], color=colour, lw=2, path_effects=edge, solid_capstyle="butt")
-    said = f"{length:g} mm" if length >= 0.1 else f"{length * 1e3:g} µm"
+    label = f"{length:g} mm" if length >= 0.1 else f"{length * 1e3:g} µm"
     axis.annotate(
-        said, ((start + end) / 2, y), (0, 4), textcoords="offset points", color=colour,
+        label, ((start + end) / 2, y), (0, 4), textcoords="offset points", color=colour,
         ha="center", va="bottom", fontsize=8, path_effects=edge,
     )  # fmt: skip

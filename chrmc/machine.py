@@ -10,16 +10,16 @@ from threadpoolctl import threadpool_info
 @lru_cache(maxsize=1)
 def arithmetic() -> dict[str, str]:
     """Versions, and the BLAS with the CPU kernels that it chose here, for manifests."""
-    said = {"python": platform.python_version(), "machine": platform.machine()}
+    facts = {"python": platform.python_version(), "machine": platform.machine()}
     for package in ("chrmc", "numpy", "scipy"):
         try:
-            said[package] = version(package)
+            facts[package] = version(package)
         except PackageNotFoundError:  # run from its source
-            said[package] = "unknown"
+            facts[package] = "unknown"
     blas = {
         f"{library['internal_api']} {library.get('version')} {library.get('architecture', '')}"
         for library in threadpool_info()
         if library["user_api"] == "blas"
     }
-    said["blas"] = ", ".join(sorted(name.strip() for name in blas))
-    return said
+    facts["blas"] = ", ".join(sorted(name.strip() for name in blas))
+    return facts

@@ -87,8 +87,8 @@ def one_line(*names: Any) -> Iterator[None]:
             places = [(f.filename, f.lineno) for f in traceback.extract_tb(error.__traceback__)]
         for filename, line in reversed(places):
             if Path(filename) in files:
-                said = " ".join(f"{type(error).__name__}: {error}".split())
-                raise ValueError(f"{filename}, line {line}: {said}") from error
+                reason = " ".join(f"{type(error).__name__}: {error}".split())
+                raise ValueError(f"{filename}, line {line}: {reason}") from error
         raise
 
 
@@ -102,23 +102,23 @@ def identity(method: Any) -> Any:
         return method
     module = getattr(method, "__module__", type(method).__module__)
     name = getattr(method, "__qualname__", type(method).__qualname__)
-    said = {"function": f"{module}.{name}"}
+    entry = {"function": f"{module}.{name}"}
     with suppress(TypeError):
         source = inspect.getsourcefile(method)
         if source is not None and Path(source).is_file():
-            said["sha256"] = _hash(Path(source))
-    return said
+            entry["sha256"] = _hash(Path(source))
+    return entry
 
 
 def label(method: Any) -> str:
     """A method's name for messages, from the method or from what `identity` says of it."""
     if isinstance(method, str):
         return method
-    said = method if isinstance(method, dict) else identity(method)
-    if not isinstance(said, dict):
-        return short(said)
-    file = f"{said['file']}:" if "file" in said else ""
-    return f"{file}{said.get('function', 'unknown')}"
+    entry = method if isinstance(method, dict) else identity(method)
+    if not isinstance(entry, dict):
+        return short(entry)
+    file = f"{entry['file']}:" if "file" in entry else ""
+    return f"{file}{entry.get('function', 'unknown')}"
 
 
 def _hash(path: Path) -> str:

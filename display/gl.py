@@ -142,11 +142,11 @@ class Painter:
         """Room on the GPU for grey or colour frames, made when first needed."""
         if components not in self._textures:
             rows, columns = self.shape
-            made = self.context.texture((columns, rows), components, dtype="f1", alignment=1)
-            made.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            texture = self.context.texture((columns, rows), components, dtype="f1", alignment=1)
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
             if components == 1:
-                made.swizzle = "RRR1"
-            self._textures[components] = made
+                texture.swizzle = "RRR1"
+            self._textures[components] = texture
         return self._textures[components]
 
     def upload(self, levels: NDArray[np.uint8]) -> None:

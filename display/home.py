@@ -81,11 +81,11 @@ def home() -> Home:
     """This process's one; OSError in one line where there is no display."""
     from display.monitors import glfw_ready
 
-    made = Home()
+    loop = Home()
     try:
-        made.call(glfw_ready)
+        loop.call(glfw_ready)
     except BaseException:
-        made.stop()
+        loop.stop()
         raise
-    atexit.register(made.stop)  # before glfw_ready's own, so that nothing calls GLFW after it
-    return made
+    atexit.register(loop.stop)  # before glfw_ready's own, so that nothing calls GLFW after it
+    return loop

@@ -92,18 +92,18 @@ class LiveReel:
 
     def _once(self) -> bool:
         """One pass through the sequence; False when it is empty or play has stopped."""
-        made = 0
+        count = 0
         start = time.perf_counter()
         for picture in self._make():
             done = time.perf_counter()
             self._busy += done - start
             self._frames += 1
-            made += 1
+            count += 1
             if not self._put(picture):
                 return False
             start = time.perf_counter()
             self._blocked += start - done
-        return made > 0
+        return count > 0
 
     def _put(self, item: Picture | None) -> bool:
         while not self._stopped.is_set():

@@ -82,10 +82,10 @@ def reconstruct_all(
     system: FourF | None = None,
 ) -> Iterator[Shown]:
     """The frames, one after the other, each at its depth."""
-    made = system_of(video) if system is None else system
+    system = system_of(video) if system is None else system
     for number in video.numbers if numbers is None else numbers:
         depth = depth_of(number)
-        yield Shown(number, depth, made.image(video.read(number), depth))
+        yield Shown(number, depth, system.image(video.read(number), depth))
 
 
 def composite(

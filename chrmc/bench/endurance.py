@@ -103,9 +103,9 @@ class _Facing:
         if self.positions is not None and self.before is not None and self.size is not None:
             world = pose.apply(self.positions)
             for other in self.before:
-                its = other[number - 1]
-                half = np.sqrt((its.rotation**2) @ (self.size / 2) ** 2)[:2]
-                off = (world[:, :2] - its.translation[:2]) / half
+                near = other[number - 1]
+                half = np.sqrt((near.rotation**2) @ (self.size / 2) ** 2)[:2]
+                off = (world[:, :2] - near.translation[:2]) / half
                 out &= np.sum(off * off, axis=1) > 1
         return np.asarray(out)
 
@@ -128,11 +128,11 @@ def endured(
         keys, done = before.keys, before.frames
     for start in range(done + 1, scene.frame_count + 1, GROUP):
         random = np.random.default_rng(start)
-        made = chrmc.video(
+        frames = chrmc.video(
             scene, slm, wavelength, compensation="ch-rmc-object", coding=coding,
             tolerance=tolerance, frames=(start, min(start + GROUP - 1, scene.frame_count)),
         )  # fmt: skip
-        for frame in made:
+        for frame in frames:
             pixels = int(np.clip(_FEW / max(len(frame.cloud), 1), 24, _PIXELS))
             rows = random.integers(0, slm.height, pixels)
             columns = random.integers(0, slm.width, pixels)

@@ -40,24 +40,24 @@ def corrected_signal(
             (slm.x(), x, coding.passband.fx_max), (slm.y(), y, coding.passband.fy_max)
         )
     )  # fmt: skip
-    its = Reference(0.0, 0.0, 0.0, far_x, far_y)
-    z_0 = 1 / its.modulus(z)
+    reference = Reference(0.0, 0.0, 0.0, far_x, far_y)
+    z_0 = 1 / reference.modulus(z)
     nothing = np.zeros(1)
-    still = its.residual_parts(nothing, nothing, z, wavelength)[0]
+    still = reference.residual_parts(nothing, nothing, z, wavelength)[0]
     out = np.empty(slm.shape, dtype=np.float32)
 
     def along(axis: int) -> Singles:
         """(N, 2·terms, pixels) of every term's cosine and sine."""
         t, at, deep, f_max = (
-            (slm.x(), x, its.along_x(z), coding.passband.fx_max),
-            (slm.y(), y, its.along_y(z), coding.passband.fy_max),
+            (slm.x(), x, reference.along_x(z), coding.passband.fx_max),
+            (slm.y(), y, reference.along_y(z), coding.passband.fy_max),
         )[axis]
-        made = np.empty((len(z), 2 * terms, len(t)), dtype=np.float32)
+        factors = np.empty((len(z), 2 * terms, len(t)), dtype=np.float32)
 
         def some(part: slice) -> None:
             d = t - at[part]
             dx, dy = (d, nothing) if axis == 0 else (nothing, d)
-            rest = its.residual_parts(dx, dy, z[part], wavelength)[0] / np.sqrt(-still[part])
+            rest = reference.residual_parts(dx, dy, z[part], wavelength)[0] / np.sqrt(-still[part])
             own = rest.astype(np.float32)
             share = taper(d.astype(np.float32), z[part] * reach(wavelength, f_max))
             d *= d
@@ -66,7 +66,7 @@ def corrected_signal(
             share *= (z_0[part] / r).astype(np.float32)
             if axis == 1:
                 d += coding.carrier * t
-                d += its.start(z[part], wavelength) + cloud.phase[part, None] / (2 * pi)
+                d += reference.start(z[part], wavelength) + cloud.phase[part, None] / (2 * pi)
                 share *= (cloud.amplitude[part, None] / z_0[part]).astype(np.float32)
             d -= np.rint(d)
             turn = d.astype(np.float32)
@@ -77,11 +77,11 @@ def corrected_signal(
                 both = (cos, sin)
                 if axis == 1:
                     both = ((cos, -sin), (sin, cos), (cos * -0.5, sin * 0.5))[power]
-                made[part, 2 * power], made[part, 2 * power + 1] = both
+                factors[part, 2 * power], factors[part, 2 * power + 1] = both
                 cos, sin = cos * own, sin * own
 
         in_parallel(some, [slice(n, n + _POINTS) for n in range(0, len(z), _POINTS)])
-        return made
+        return factors
 
     right, left = along(0), along(1)
     half = z[:, 0] * reach(wavelength, coding.passband.fy_max)

@@ -101,7 +101,7 @@ def runs(
     again = {"rekey_error": REKEY_ERROR} if rekey is None else rekey
     for scene in scenes:
         for label, extra in (("no re-keying", {}), (_label(again), again)):
-            made = video(
+            sequence = video(
                 scene,
                 slm,
                 wavelength,
@@ -112,7 +112,7 @@ def runs(
                 measure=True,
                 **{**options, **extra},
             )
-            watched = made if watch is None else watch(made, f"{scene.name}, {label}")
+            watched = sequence if watch is None else watch(sequence, f"{scene.name}, {label}")
             yield Run(scene.name, label, tuple(frame.record for frame in watched))
 
 

@@ -140,19 +140,19 @@ def cgh_entries(
         if truth is None:
             truth = optics.truth(cloud, pixels)
         try:
-            made = _run(job, cloud, optics)
+            field = _run(job, cloud, optics)
         except ValueError as refusal:
             entry.refused = str(refusal)
             continue
-        entry.errors.append(relative_error(made[pixels], truth))
+        entry.errors.append(relative_error(field[pixels], truth))
         entry.pixels = len(truth)
         if number or images is None:
             continue
         if exact is not None:
-            found = images(made, exact, SceneFrame(1, (ObjectFrame("cloud", cloud),)))
+            found = images(field, exact, SceneFrame(1, (ObjectFrame("cloud", cloud),)))
             entry.psnr = min(found.values(), default=None)
         elif job is finest and count > _EXACT_POINTS:
-            exact, entry.note = made, "exact field of the images"
+            exact, entry.note = field, "exact field of the images"
         else:
             entry.note = note or "no PSNR: too many points for an exact field"
     return [job.entry for job in jobs]
@@ -178,19 +178,19 @@ def video_entries(
     count = len(scene.frame(numbers[0]).cloud)
     jobs: list[tuple[Entry, Iterator[Any]]] = []
     for entry, cgh, options in _video_jobs(scene.name, count):
-        made: Iterator[Any] = iter(())
+        frames: Iterator[Any] = iter(())
         try:
-            made = chrmc.video(
+            frames = chrmc.video(
                 scene, optics.slm, optics.wavelength, cgh=cgh, compensation=entry.method,
                 coding=optics.coding, frames=(numbers[0], numbers[-1]), **options,
             )  # fmt: skip
         except (ValueError, ImportError) as refusal:
             entry.refused = str(refusal)
-        jobs.append((entry, made))
+        jobs.append((entry, frames))
     pixels = optics.pixels(count)
     steps = [(number, job) for number in numbers for job in jobs]
     reached, exact, note = 0, None, ""
-    for number, (entry, made) in watch(steps, f"{scene.name}, videos"):
+    for number, (entry, frames) in watch(steps, f"{scene.name}, videos"):
         if number != reached:
             cloud, reached = scene.frame(number).cloud, number
             truth = optics.truth(cloud, pixels)
@@ -200,7 +200,7 @@ def video_entries(
             continue
         start = time.perf_counter()
         try:
-            frame = next(made)
+            frame = next(frames)
             got = frame.field
         except ValueError as refusal:
             entry.refused = str(refusal)
@@ -258,11 +258,11 @@ def _told(options: Mapping[str, Any]) -> str:
 def _run(job: _Job, cloud: PointCloud, optics: Optics) -> NDArray[np.complex64]:
     """One timed run, and what the method itself expects of it where it says so."""
     start = time.perf_counter()
-    made, expected = optics.field(cloud, job.method, job.options)
+    field, expected = optics.field(cloud, job.method, job.options)
     job.entry.seconds.append(time.perf_counter() - start)
     if expected is not None:
         job.entry.predicted = max(job.entry.predicted or 0.0, expected)
-    return made
+    return field
 
 
 def _leave_out_slow(

@@ -77,8 +77,8 @@ def command(
     loaded = [load_scene(name, form=form) for name in scenes or SCENES]
     found = []
 
-    def watch(made: Iterable[Any], label: str) -> Iterator[Any]:
-        return progress(made, label)
+    def watch(items: Iterable[Any], label: str) -> Iterator[Any]:
+        return progress(items, label)
 
     for run in runs(
         loaded,

@@ -114,7 +114,7 @@ def run(
 
     coding = coding_for(encoding, slm)
     pairs = chosen(pairs, only)
-    texts, made = [machine(slm, encoding)], {}
+    texts, rows_by_kind = [machine(slm, encoding)], {}
     for kind in FORMS if form == "both" else (form,):
         given: Scene = load_scene(scene, form=kind)
         if plane_spacing is not None and kind == "rgbd":
@@ -143,12 +143,12 @@ def run(
             watch=partial(progress, label=f"{name} {kind}"),
         )
         loose = tables.tolerant_points(wanted, kept, slm, wave, coding, frames)
-        made[kind] = tables.rows(kind, pairs, measured, loose)
-        texts.append(_section(name, kind, given, made[kind]))
+        rows_by_kind[kind] = tables.rows(kind, pairs, measured, loose)
+        texts.append(_section(name, kind, given, rows_by_kind[kind]))
     for text in texts:
         click.echo(text)
     if out is not None:
-        _write(out, name, "\n".join(texts), made, scene, figure or Path(f"{name}.png"))
+        _write(out, name, "\n".join(texts), rows_by_kind, scene, figure or Path(f"{name}.png"))
         click.echo(f"written to {out}")
     return 0
 
@@ -186,19 +186,21 @@ def _section(name: str, kind: str, scene: Scene, rows: Sequence[dict[str, Any]])
 
 
 def _write(
-    out: Path, name: str, text: str, made: dict[str, list[dict[str, Any]]], scene: str,
+    out: Path, name: str, text: str, rows_by_kind: dict[str, list[dict[str, Any]]], scene: str,
     figure: Path,
 ) -> None:  # fmt: skip
     from chrmc.bench import tables
     from chrmc.files import replacing
 
     out.mkdir(parents=True, exist_ok=True)
-    rows = [row for table in made.values() for row in table]
+    rows = [row for table in rows_by_kind.values() for row in table]
     with replacing(out / f"{name}.txt") as path:
         path.write_text(text + "\n", encoding="utf-8")
     with replacing(out / f"{name}.csv") as path:
         path.write_text(tables.to_csv(rows), encoding="utf-8")
-    tables.plot(dict(made), out / figure, f"Table {name[-1]} of the paper, made again on {scene}")
+    tables.plot(
+        dict(rows_by_kind), out / figure, f"Table {name[-1]} of the paper, made again on {scene}"
+    )
 
 
 def image_psnr(slm: SLM, wavelength: float) -> Images:

@@ -79,10 +79,10 @@ def command(
 
     def make() -> Iterator[Picture]:
         if pace is None:
-            made = recipe.video(numbers[0], numbers[-1])
+            frames = recipe.video(numbers[0], numbers[-1])
         else:
-            made = paced(recipe, numbers, pace)
-        for frame in made:
+            frames = paced(recipe, numbers, pace)
+        for frame in frames:
             levels = grey_levels(frame, recipe, scale)
             for name, seconds in frame.record.stage_seconds.items():
                 stages[name] = stages.get(name, 0.0) + seconds

@@ -113,9 +113,9 @@ def _make(
     if not (Path(folder) / MANIFEST).exists():
         raise FileNotFoundError(f"a worker does not see {folder}: it must be a shared folder")
     recipe, options = _loaded(folder, digest)
-    made = make_group(recipe, Path(folder), scale, group, wanted, suffix, options)
+    frames = make_group(recipe, Path(folder), scale, group, wanted, suffix, options)
     try:
-        for _ in made:
+        for _ in frames:
             pass
     except OSError as error:
         # The writer of pictures tells no number.

@@ -80,9 +80,9 @@ def make_in_light(
         new = folder / REPLACEMENT
         if _is_another(new, recipes):
             remove_colours(new)
-        made = _fill(scene, recipes, new, frames, suffix, how)
+        count = _fill(scene, recipes, new, frames, suffix, how)
         _replace(folder, new)
-        return made
+        return count
 
 
 def _responses(given: Any, lasers: int) -> list[Any]:
@@ -120,9 +120,9 @@ def _refuse_another(folder: Path, lasers: Sequence[float]) -> None:
                 "--force"
             )
     elif plan.wavelengths != tuple(lasers):
-        said = ", ".join(f"{w * 1e9:g}" for w in plan.wavelengths)
+        stored = ", ".join(f"{w * 1e9:g}" for w in plan.wavelengths)
         raise ValueError(
-            f"{folder} holds another video (of {said} nm): choose another --out, or replace it "
+            f"{folder} holds another video (of {stored} nm): choose another --out, or replace it "
             "with --force"
         )
 
@@ -153,17 +153,17 @@ def _fill(
         with one_line(recipes[0].source):
             plan, seen = balanced(scene, recipes)
         write_plan(folder, plan)
-    made = 0
+    count = 0
     try:
         for name, recipe, look, scale in zip(plan.folders, recipes, seen, plan.scales, strict=True):
-            made += make_video(
+            count += make_video(
                 recipe, folder / name, frames, suffix, **how | {"force": False}, seen=look,
                 scale=scale,
             )  # fmt: skip
     finally:
         if not any((folder / name / MANIFEST).exists() for name in plan.folders):
             remove_colours(folder)
-    return made
+    return count
 
 
 def balanced(scene: Scene, recipes: Sequence[Recipe]) -> tuple[Plan, list[Survey | None]]:

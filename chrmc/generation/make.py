@@ -56,12 +56,12 @@ def make_video(
             remove_video(new)
         new.mkdir(exist_ok=True)
         try:
-            made = _fill(recipe, new, numbers, suffix, workers, scheduler, look)
+            count = _fill(recipe, new, numbers, suffix, workers, scheduler, look)
             replace_video(folder, new)
         finally:
             with suppress(OSError):
                 new.rmdir()  # when it is empty
-        return made
+        return count
 
 
 def is_another(folder: Path, recipe: Recipe) -> bool:
@@ -148,14 +148,14 @@ def _fill_missing(
     if not missing:
         return 0
     if workers is None and scheduler is None:
-        made = _frames_of_groups(recipe, writer, missing)
+        frames = _frames_of_groups(recipe, writer, missing)
     else:
         from chrmc.generation.cluster import frames_on_cluster
 
-        made = frames_on_cluster(recipe, writer, missing, workers, scheduler)
+        frames = frames_on_cluster(recipe, writer, missing, workers, scheduler)
     try:
-        with closing(made):
-            return sum(1 for _ in progress(made, "generate", total=len(missing)))
+        with closing(frames):
+            return sum(1 for _ in progress(frames, "generate", total=len(missing)))
     finally:
         writer.collect()
         writer.discard_if_empty()

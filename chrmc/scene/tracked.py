@@ -167,11 +167,11 @@ def _masks(shown: Sequence[bytes], count: int) -> Callable[[int], NDArray[np.boo
     """Which of `count` points a frame shows, as `PointScene` asks for it."""
 
     def mask(number: int) -> NDArray[np.bool_]:
-        made = np.zeros(count, dtype=np.uint8)
+        flags = np.zeros(count, dtype=np.uint8)
         bits = np.frombuffer(zlib.decompress(shown[number - 1]), dtype=np.uint8)
         known = np.unpackbits(bits, count=min(count, 8 * len(bits)))
-        made[: len(known)] = known
-        return made.view(bool)
+        flags[: len(known)] = known
+        return flags.view(bool)
 
     return mask
 

@@ -25,7 +25,7 @@ def writer_lock(folder: Path) -> Iterator[None]:
     BlockingIOError names the process that has it, the machine, and since when. The lock of a
     process that died is nobody's: the system released it.
     """
-    made = not folder.exists()
+    new = not folder.exists()
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / LOCK
     file = _held(path)
@@ -49,7 +49,7 @@ def writer_lock(folder: Path) -> Iterator[None]:
         if fcntl is None:
             with suppress(OSError):
                 path.unlink()
-        if made:
+        if new:
             with suppress(OSError):
                 folder.rmdir()
 

@@ -78,8 +78,8 @@ def _why_nothing_is_reused(video: Video) -> str:
     reasons: dict[str, str] = {}
     times: Counter[str] = Counter()
     for entry in video.frames:
-        for name, said in entry.get("reuse", {}).items():
-            how, _, why = str(said).partition(": ")
+        for name, text in entry.get("reuse", {}).items():
+            how, _, why = str(text).partition(": ")
             times[name] += how == "afresh"
             if how == "afresh" and why:
                 reasons.setdefault(name, why)

@@ -178,9 +178,11 @@ class Canvas:
     def _table(self, look: Look) -> Any:
         name = DIVERGING if self.kind == "signed" else look.colours
         if name not in self._tables:
-            made = self.context.texture((ENTRIES, 1), 3, colour_table(name).tobytes(), dtype="f4")
-            made.repeat_x = made.repeat_y = False
-            self._tables[name] = made
+            texture = self.context.texture(
+                (ENTRIES, 1), 3, colour_table(name).tobytes(), dtype="f4"
+            )
+            texture.repeat_x = texture.repeat_y = False
+            self._tables[name] = texture
         return self._tables[name]
 
     def draw(self, size: tuple[int, int], view: View, look: Look, white: float) -> int:

@@ -88,9 +88,9 @@ class Decoded:
 
     def picture(self, depth: float) -> "Picture":
         """The full picture."""
-        *_, made = self.steps(depth)
-        assert made is not None
-        return made
+        *_, picture = self.steps(depth)
+        assert picture is not None
+        return picture
 
     def steps(self, depth: float) -> Iterator["Picture | None"]:
         """The full picture at last, None after every step on the way."""
@@ -206,8 +206,8 @@ class Pipeline:
         decoded = self.decoded(request.number, request.filter)
         key = (decoded, request.screen, self.farthest)
         if self._coarse is None or self._coarse[0] != key:
-            made = coarse_field(decoded.system, decoded.frame.plane, request.screen, self.farthest)
-            self._coarse = key, made
+            fresh = coarse_field(decoded.system, decoded.frame.plane, request.screen, self.farthest)
+            self._coarse = key, fresh
         coarse = self._coarse[1]
         place = (key, request.depth)
         if self._picture is None or self._picture[0] != place:
@@ -255,8 +255,8 @@ class ColourPipeline(Pipeline):
         if self._mixed is None or self._mixed[0] != parts:
             field, glow, white = self._lasers.mix([part.field for part in parts])
             lost = max(part.lost for part in parts)
-            made = Picture(request.number, request.depth, field, white, True, lost, glow)
-            self._mixed = parts, made
+            picture = Picture(request.number, request.depth, field, white, True, lost, glow)
+            self._mixed = parts, picture
         return self._mixed[1]
 
 
@@ -299,12 +299,12 @@ def sharpen(
         if one is None:
             pictures.append(None)
             continue
-        for made in one.steps(request.depth):
-            if made is None:
+        for picture in one.steps(request.depth):
+            if picture is None:
                 yield None
             else:
-                made.extremes  # noqa: B018
-                pictures.append(made)
+                picture.extremes  # noqa: B018
+                pictures.append(picture)
     yield Sharp(request, tuple(pictures), time.perf_counter() - start)
     values = []
     for one, picture in zip(decoded, pictures, strict=True):

@@ -62,14 +62,14 @@ def save_picture(
 ) -> Iterator[Progress | Said | None]:
     """The full picture: .exr intensities, .png as it looks, with its settings."""
     yield Progress(f"saving {path.name}", 0.0)  # one step: who leaves now still has the file
-    made = decoded.picture(request.depth)
+    picture = decoded.picture(request.depth)
     note = settings_of(video, request, look)
     if path.suffix.lower() != ".exr":
-        write_colour(path, shade(made.field, made.white, look, made.glow), note)
-    elif made.glow is None:
-        write_image(path, made.light, note)
+        write_colour(path, shade(picture.field, picture.white, look, picture.glow), note)
+    elif picture.glow is None:
+        write_image(path, picture.light, note)
     else:
-        write_colour(path, made.glow, note)
+        write_colour(path, picture.glow, note)
     yield Said(f"saved {path}")
 
 
@@ -100,13 +100,15 @@ def save_figure(
     if path.suffix.lower() not in FIGURES:
         raise ValueError(f"{path}: figures are written as {', '.join(FIGURES)}")
     yield Progress(f"saving {path.name}", 0.0)
-    made = decoded.picture(request.depth)
+    picture = decoded.picture(request.depth)
     slm = video.slm
     x, y = slm.x()[part[1]], slm.y()[part[0]]
     note = settings_of(video, request, look)
-    glow = None if made.glow is None else made.glow[part]
+    glow = None if picture.glow is None else picture.glow[part]
     origin = x[0], y[0]
-    write_figure(path, made.field[part], made.white, look, slm.pixel_pitch, origin, note, glow)
+    write_figure(
+        path, picture.field[part], picture.white, look, slm.pixel_pitch, origin, note, glow
+    )
     yield Said(f"saved {path}")
 
 
@@ -121,10 +123,10 @@ def save_frames(
     white = 0.0
     for i, (number, depth) in enumerate(zip(numbers, depths, strict=True)):
         yield Progress(f"movie {path.name}", i / len(numbers))
-        made = pipeline.decoded(number, chosen).picture(depth)
+        picture = pipeline.decoded(number, chosen).picture(depth)
         # One white for all, from the first frame: a white per frame would flicker.
-        white = white or made.white
-        shown.append(_small(*_halved(made), white, look))
+        white = white or picture.white
+        shown.append(_small(*_halved(picture), white, look))
     note = note | {"frame": list(numbers), "depth": list(depths)}
     write_animation(path, shown, rate, json.dumps(note, default=float))
     yield Said(f"saved {path}: {len(shown)} frames at {rate:g} a second")
@@ -150,12 +152,12 @@ def save_stack(
     yield Said(f"saved {path}: {low:.2f} to {high:.2f} mm")
 
 
-def _halved(made: Picture) -> tuple[NDArray[np.complex64], NDArray[np.float32] | None]:
+def _halved(picture: Picture) -> tuple[NDArray[np.complex64], NDArray[np.float32] | None]:
     """As much of a picture's field and colours as a movie shows: a stack fits into memory."""
-    if made.glow is None:
-        return _fewer(made.field), None
-    glow = np.stack([shrink(made.glow[..., k], MOVIE_WIDTH) for k in range(3)], axis=-1)
-    return _fewer(made.field), glow
+    if picture.glow is None:
+        return _fewer(picture.field), None
+    glow = np.stack([shrink(picture.glow[..., k], MOVIE_WIDTH) for k in range(3)], axis=-1)
+    return _fewer(picture.field), glow
 
 
 def _fewer(field: NDArray[np.complex64]) -> NDArray[np.complex64]:

@@ -146,13 +146,13 @@ def _check_ply(path: Path, scene: Any) -> None:
     """OSError for a .ply that holds less than its header says: trimesh takes what is there."""
     with path.open("rb") as file:
         head = file.read(1 << 16)
-    said = {k: int(n) for k, n in re.findall(rb"\nelement (vertex|face) (\d{1,15})\s", head)}
+    declared = {k: int(n) for k, n in re.findall(rb"\nelement (vertex|face) (\d{1,15})\s", head)}
     there = sum(len(getattr(g, "vertices", ())) for g in scene.geometry.values())
     faces = sum(len(getattr(g, "faces", ())) for g in scene.geometry.values())
-    if there < said.get(b"vertex", 0) or (said.get(b"face", 0) and not faces):
+    if there < declared.get(b"vertex", 0) or (declared.get(b"face", 0) and not faces):
         raise OSError(
-            f"{path} is cut short: {there} of {said.get(b'vertex', 0)} vertices and {faces} of "
-            f"{said.get(b'face', 0)} faces are there; write it again"
+            f"{path} is cut short: {there} of {declared.get(b'vertex', 0)} vertices and {faces} of "
+            f"{declared.get(b'face', 0)} faces are there; write it again"
         )
 
 
@@ -168,9 +168,11 @@ def _check_stl(path: Path, scene: Any) -> None:
         if b"facet" in tail and b"endsolid" not in tail:
             raise OSError(f"{path} is cut short: it has no endsolid; write it again")
         return
-    said, there = int.from_bytes(head[80:84], "little"), max(path.stat().st_size - 84, 0) // 50
-    if len(head) == 84 and there < said:
-        raise OSError(f"{path} is cut short: {there} of {said} triangles are there; write it again")
+    declared, there = int.from_bytes(head[80:84], "little"), max(path.stat().st_size - 84, 0) // 50
+    if len(head) == 84 and there < declared:
+        raise OSError(
+            f"{path} is cut short: {there} of {declared} triangles are there; write it again"
+        )
 
 
 def _only_points(path: Path, loose: list[PointCloud], dropped: int, notes: list[str]) -> Model:
