@@ -23,6 +23,7 @@ from chrmc.optics.passband import Passband
 from chrmc.options import option_names
 from chrmc.ranges import WAVELENGTH_RANGE
 from chrmc.reference import resolve_passband
+from chrmc.scene.coincident import merged
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 from chrmc.window import Window
@@ -101,6 +102,7 @@ def field_and_error(
     chosen.check(options)
     if len(cloud) == 0 or part.size == 0:
         return np.zeros(part.shape, dtype=np.complex64), None
+    cloud = merged(cloud)
     if chosen.field_and_error is None:
         _check_work(chosen, cloud, slm, wavelength, part, band, options)
         return chosen.field(cloud, slm, wavelength, part, band, **options), None
@@ -150,6 +152,7 @@ def signal_and_error(
     chosen.check(options)
     if len(cloud) == 0:
         return np.zeros(slm.shape, dtype=np.float32), None
+    cloud = merged(cloud)
     window = Window.full(slm)
     if chosen.signal_and_error is not None:
         return chosen.signal_and_error(cloud, slm, wavelength, window, coding, **options)
