@@ -1,7 +1,8 @@
 """A coarse map of an object's light, small enough for a manifest and enough to judge a picture by.
 
 Square cells of a few resolutions around the visible points of one frame: how much light each holds,
-and its mean depth. Written by whoever makes a video, read by whoever checks it.
+and its mean depth; where cells hold several depths, as two turns of a helix, how much at each.
+Written by whoever makes a video, read by whoever checks it.
 """
 
 import base64
@@ -13,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.interference import light_left
 from chrmc.optics.passband import Passband
-from chrmc.optics.resolution import resolution
+from chrmc.optics.resolution import depth_of_focus, resolution
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM
 
@@ -24,6 +26,10 @@ MOST_CELLS = 32
 """Cells across the longer side of an object; larger objects get larger cells."""
 DARK_CELLS = 2
 """Cells without light around the object, where a right picture is dark."""
+MIXED = 0.2
+"""Share of the light, in cells deeper than the depth of focus, from which layers are kept."""
+MOST_LAYERS = 32
+"""Layers of depth that a map tells apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +41,9 @@ class LightMap:
     light : (rows, columns) share of the object's intensity, sum 1
     depth : (rows, columns) intensity-weighted mean depth, metres; the object's where there is none
     spread : (rows, columns) its standard deviation within the cell, metres
+    layers : (layers, rows, columns) share of each cell's light at each of `layer_depths`, where
+        cells hold more depths than lie between them; else None
+    ends : depths of the object's nearest and farthest point, metres
     """
 
     cell: float
@@ -42,6 +51,16 @@ class LightMap:
     light: NDArray[np.float64]
     depth: NDArray[np.float64]
     spread: NDArray[np.float64]
+    layers: NDArray[np.float64] | None = None
+    ends: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def layer_depths(self) -> NDArray[np.float64]:
+        """(layers,) metres, evenly spaced, each the middle of its layer."""
+        count = 0 if self.layers is None else len(self.layers)
+        return self.ends[0] + (np.arange(count) + 0.5) / max(count, 1) * (
+            self.ends[1] - self.ends[0]
+        )
 
     @classmethod
     def of_cloud(
@@ -59,24 +78,44 @@ class LightMap:
         cell = slm.pixel_pitch * ceil(wanted / slm.pixel_pitch)
         centre = (low + high)[:2] / 2
         counts = [2 * DARK_CELLS + max(1, ceil((high - low)[k] / cell)) for k in (1, 0)]
-        light, deep, square = np.zeros((3, *counts))
-        share = cloud.intensity / total / 9
+        share, below = cloud.intensity / total / 9, p[:, 2] - depth
         # A point's picture is as wide as the resolution: nine parts of it, each into its cell.
-        for dx in (-1, 0, 1):
-            for dy in (-1, 0, 1):
-                at = p[:, :2] + fine * (dx / 3, dy / 3) - centre
-                column, row = (
-                    np.clip(np.floor(at[:, k] / cell + n / 2).astype(np.intp), 0, n - 1)
-                    for k, n in ((0, counts[1]), (1, counts[0]))
-                )
-                np.add.at(light, (row, column), share)
-                np.add.at(deep, (row, column), share * (p[:, 2] - depth))
-                np.add.at(square, (row, column), share * (p[:, 2] - depth) ** 2)
+        at = (
+            [fine * (dx / 3, dy / 3) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
+            + p[:, None, :2]
+            - centre
+        )
+        column, row = (
+            np.clip(np.floor(at[:, :, k] / cell + n / 2).astype(np.intp), 0, n - 1)
+            for k, n in ((0, counts[1]), (1, counts[0]))
+        )
+        into = row * counts[1] + column
+
+        def summed(values: NDArray[np.float64], layer: Any = 0, layers: int = 1) -> Any:
+            """(layers, rows, columns) of values (N,) of the points, each of its parts the same."""
+            index = into + np.reshape(layer, (-1, 1)) * (counts[0] * counts[1])
+            size = layers * counts[0] * counts[1]
+            found = np.bincount(index.ravel(), np.repeat(values, 9), size)
+            return found.reshape(layers, *counts)
+
+        light, deep, square = (summed(share * below**k)[0] for k in range(3))
         lit = light > 0
         deep[lit] /= light[lit]
         square[lit] /= light[lit]
         spread = np.sqrt(np.maximum(square - deep**2, 0))
-        return cls(cell, (float(centre[1]), float(centre[0])), light, deep + depth, spread)
+        finer, size = min(depth_of_focus(slm, wavelength, depth, passband)), float((high - low)[2])
+        layers = None
+        if light[spread > finer / 2].sum() > MIXED:
+            parts = int(np.clip(ceil(2 * size / finer), 2, MOST_LAYERS))
+            layer = np.minimum((p[:, 2] - low[2]) / size * parts, parts - 1).astype(np.intp)
+            layers = summed(share, layer, parts)
+            layers[:, lit] /= light[lit]
+        left = light_left(cloud, slm, wavelength, passband)
+        if left is not None:
+            shown = np.maximum(summed(left)[0], 0)
+            light = shown / shown.sum() if shown.any() else light
+        middle, ends = (float(centre[1]), float(centre[0])), (float(low[2]), float(high[2]))
+        return cls(cell, middle, light, deep + depth, spread, layers, ends)
 
     def as_record(self) -> dict[str, Any]:
         """For a manifest: light in 255 steps of its square root, depths in 255 of their range."""
@@ -85,21 +124,17 @@ class LightMap:
         root = np.sqrt(self.light / self.light.max())
         widest = float(self.spread.max()) or 1.0
         levels = np.stack([root, (self.depth - ends[0]) / size, self.spread / widest])
-        packed = zlib.compress(np.rint(255 * levels).astype(np.uint8).tobytes(), 9)
-        return {
+        record: dict[str, Any] = {
             "cell": self.cell,
             "centre": list(self.centre),
             "shape": list(self.light.shape),
             "depths": list(ends),
             "widest": widest,
-            "data": base64.b64encode(packed).decode("ascii"),
+            "data": _packed(levels),
         }
-
-    @staticmethod
-    def _widest(size: float) -> float:
-        """What 255 stands for in `spread`: no cell of a range of means is wider than twice that,
-        but one whose cells are all alike may be."""
-        return 2 * size
+        if self.layers is not None:
+            record["layers"] = {"ends": list(self.ends), "data": _packed(self.layers)}
+        return record
 
     @classmethod
     def from_record(cls, record: dict[str, Any]) -> "LightMap":
@@ -109,13 +144,17 @@ class LightMap:
             near, far = (float(z) for z in record["depths"])
             y, x = (float(v) for v in record["centre"])
             cell = float(record["cell"])
-            packed = base64.b64decode(record["data"], validate=True)
             widest = float(record["widest"])
-            count = 3 * rows * columns
-            if not (0 < count <= 3 * (MOST_CELLS + 3 + 2 * DARK_CELLS) ** 2 and cell > 0):
+            if not (0 < rows * columns <= (MOST_CELLS + 3 + 2 * DARK_CELLS) ** 2 and cell > 0):
                 raise ValueError("its size")
-            raw = zlib.decompressobj().decompress(packed, count + 1)
-            levels = np.frombuffer(raw, dtype=np.uint8).reshape(3, rows, columns) / 255.0
+            levels = _unpacked(record["data"], 3, rows, columns)
+            layers, ends = None, (0.0, 0.0)
+            if len(levels) != 3:
+                raise ValueError("its size")
+            if record.get("layers") is not None:
+                layers = _unpacked(record["layers"]["data"], MOST_LAYERS, rows, columns)
+                first, last = (float(z) for z in record["layers"]["ends"])
+                ends = first, last
         except (KeyError, TypeError, ValueError, zlib.error) as error:
             raise ValueError(f"an object's map of light cannot be read ({error})") from None
         light = levels[0] ** 2
@@ -124,4 +163,23 @@ class LightMap:
         ):
             raise ValueError("an object's map of light cannot be read (its values)")
         depth = near + levels[1] * (far - near)
-        return cls(cell, (y, x), light / light.sum(), depth, levels[2] * widest)
+        if layers is not None:
+            if not (0 < ends[0] < ends[1] < float("inf")):
+                raise ValueError("an object's map of light cannot be read (its layers)")
+            layers = layers / np.maximum(layers.sum(axis=0), 1e-9)
+        return cls(cell, (y, x), light / light.sum(), depth, levels[2] * widest, layers, ends)
+
+
+def _packed(levels: NDArray[np.float64]) -> str:
+    """Values from 0 to 1 as text, in 255 steps."""
+    packed = zlib.compress(np.rint(255 * levels).astype(np.uint8).tobytes(), 9)
+    return base64.b64encode(packed).decode("ascii")
+
+
+def _unpacked(text: str, most: int, rows: int, columns: int) -> NDArray[np.float64]:
+    """(layers, rows, columns) of what `_packed` wrote, `most` layers at most; ValueError else."""
+    packed, count = base64.b64decode(text, validate=True), most * rows * columns
+    raw = zlib.decompressobj().decompress(packed, count + 1)
+    if not 0 < len(raw) <= count:
+        raise ValueError("its size")
+    return np.frombuffer(raw, dtype=np.uint8).reshape(-1, rows, columns) / 255.0

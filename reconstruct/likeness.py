@@ -8,7 +8,9 @@ in depth by a factor about the mean, they are sharpest at factor 1; at 0 the obj
 its relief is inverted.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from math import sqrt
 from typing import Any
 
@@ -16,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.light_map import LightMap
+from reconstruct.depth_profile import profile_likeness
 from reconstruct.focus import Cells, refine_peak
 from reconstruct.jackknife import standard_error
 
@@ -107,32 +110,33 @@ def compare(
     finer : metres, of the finer axis; default the same
     """
     light = expected.light
+    finer = finer or depth_of_focus
     middle = float((light * expected.depth).sum())
     relief = expected.depth - middle
-    # A cell with light at several depths is sharp at any of them.
-    weight = light / (1 + (expected.spread / depth_of_focus) ** 2)
     told = int(np.count_nonzero(light > light.max() / 50)) >= FEW_CELLS
-    clear = told and float(weight.sum()) > CLEAR
-    sharp = cells.sharpness / np.maximum(np.median(cells.sharpness, axis=0), 1e-300)
     offsets = cells.depths - cells.depths[len(cells.depths) // 2]
+    if expected.layers is None:
+        # A cell with light at several depths is sharp at any of them; the relief is told by cells
+        # within a depth of focus.
+        one, two = (light / (1 + (expected.spread / f) ** 2) for f in (depth_of_focus, finer / 2))
+        clear = told and float(one.sum()) > CLEAR
+        size = sqrt(float((light * relief**2).sum()))
+        where, how_deep = (_sharpness(cells, middle, relief, weight) for weight in (one, two))
+    else:
+        # Cells that hold two turns of a helix tell by the whole course of their sharpness.
+        one, clear = light, told
+        size = sqrt(float((light * (relief**2 + expected.spread**2)).sum()))
+        where = how_deep = profile_likeness(cells, expected, (finer, depth_of_focus))
     # A relief of another size peaks elsewhere: the offset is that of the best of four sizes.
-    tries = [
-        _peak(sharp, cells.depths, middle + g * relief, weight, offsets)
-        for g in (1.0, 0.0, -1.0, 2.0)
-    ]
-    best = max(tries[: 4 if clear and relief.any() else 1], key=lambda t: t.value)
+    tries = [_peak(partial(where, stretch), one, offsets) for stretch in (1.0, 0.0, -1.0, 2.0)]
+    best = max(tries[: 4 if clear and size > 0 else 1], key=lambda t: t.value)
     error, height = best.offset, best.height
     shift = error if clear and np.isfinite(error) and height >= SHARP else 0.0
     found = at_depths(cells.light, cells.depths, expected.depth + shift)
     factor, scatter = float("nan"), float("inf")
     # Cells that hardly tell the depth (see `outline`) do not tell the relief.
-    deep = sqrt(float((light * relief**2).sum())) > SHALLOW * depth_of_focus
-    # Nor do cells that hold two turns of a helix: what counts are cells within a depth of focus,
-    # and they must differ among themselves by more than they hold.
-    flat = light / (1 + (2 * expected.spread / (finer or depth_of_focus)) ** 2)
-    parted = float((flat * (relief**2 - expected.spread**2)).sum()) > 0
-    if clear and deep and parted and height >= 2 * SHARP:
-        factor, scatter = _stretch(sharp, cells.depths, middle + shift, relief, flat)
+    if clear and size > SHALLOW * depth_of_focus and height >= 2 * SHARP:
+        factor, scatter = _stretch(lambda stretch: how_deep(stretch, shift), light > 0)
     return Likeness(
         told,
         correlation(found, light),
@@ -225,16 +229,28 @@ class _Peak:
     value: float
 
 
+def _sharpness(
+    cells: Cells,
+    middle: float,
+    relief: NDArray[np.float64],
+    weight: NDArray[np.float64],
+) -> Callable[[float, float], NDArray[np.float64]]:
+    """A function of the relief's stretch and an offset in depth: (m, n) each cell's weight times
+    its sharpness there over its median."""
+    sharp = cells.sharpness / np.maximum(np.median(cells.sharpness, axis=0), 1e-300)
+    return lambda stretch, offset: (
+        weight * at_depths(sharp, cells.depths, middle + offset + stretch * relief)
+    )
+
+
 def _peak(
-    sharp: NDArray[np.float64],
-    depths: NDArray[np.float64],
-    expected: NDArray[np.float64],
+    at: Callable[[float], NDArray[np.float64]],
     weight: NDArray[np.float64],
     offsets: NDArray[np.float64],
 ) -> _Peak:
-    """No peak at the range's ends."""
+    """Of what the cells tell at each offset, weighted; no peak at the range's ends."""
     share = weight / weight.sum()
-    per_cell = np.array([share * at_depths(sharp, depths, expected + o) for o in offsets])
+    per_cell = np.array([at(o) for o in offsets]) / weight.sum()
     curve = per_cell.sum(axis=(1, 2))
     top = int(curve.argmax())
     offset = refine_peak(offsets, curve)
@@ -248,21 +264,15 @@ def _peak(
 
 
 def _stretch(
-    sharp: NDArray[np.float64],
-    depths: NDArray[np.float64],
-    middle: float,
-    relief: NDArray[np.float64],
-    weight: NDArray[np.float64],
+    at: Callable[[float], NDArray[np.float64]], lit: NDArray[np.bool_]
 ) -> tuple[float, float]:
-    """The stretch at which the cells are sharpest, and its standard error.
+    """The stretch at which the cells tell most, and its standard error.
 
     The larger of two: by the scatter of the cells' slopes there and the bend of their mean
     (sandwich formula), which takes cells for independent and the peak for a parabola; and by
     leaving out a sixteenth of the picture at a time (jackknife), which does not.
     """
-    if not relief.any():
-        return float("nan"), float("inf")
-    per_cell = np.array([weight * at_depths(sharp, depths, middle + g * relief) for g in STRETCHES])
+    per_cell = np.array([at(g) for g in STRETCHES])
     curve = per_cell.sum(axis=(1, 2))
     factor, bend, part = _top(curve)
     if not bend < 0:
@@ -270,8 +280,7 @@ def _stretch(
     g = STRETCHES[part] - STRETCHES[int(curve.argmax())]
     slopes = np.polyfit(g, per_cell[part].reshape(len(g), -1), 2)[1]
     scatter = sqrt(float(((slopes - slopes.mean()) ** 2).sum())) / abs(2 * bend)
-    jackknife = standard_error(per_cell, weight > 0, lambda c: _top(c)[0])
-    return factor, max(scatter, jackknife)
+    return factor, max(scatter, standard_error(per_cell, lit, lambda c: _top(c)[0]))
 
 
 def _top(curve: NDArray[np.float64]) -> tuple[float, float, slice]:
