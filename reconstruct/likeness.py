@@ -32,6 +32,9 @@ focus had 0.5 to 1.7, flat ones −0.3 to 0.2. And four standard errors off 1.""
 RELIEF_ERROR = 0.3
 """Standard error of the relief's factor up to which it counts: with more, the object is too shallow
 for its depth of focus, or too dense to be sharp anywhere."""
+GAIN = 2.5
+"""Standard errors by which the cells must tell more at a wrong stretch than at the right one: of
+helices, right ones came to 2.1, flat and inverted ones to 3 and more."""
 SHALLOW = 0.1
 """Least relief, as a standard deviation over the larger depth of focus, of which a factor can be
 told: that of a car of 0.14 mm at 250 mm is 0.2."""
@@ -58,6 +61,7 @@ class Likeness:
     sharpness : height of that peak over the curve's median, in standard errors
     relief : stretch in depth at which the cells are sharpest; NaN where nothing can be told
     relief_error : its standard error
+    relief_gain : standard errors by which the cells tell more at that stretch than at 1
     """
 
     told: bool
@@ -69,6 +73,7 @@ class Likeness:
     sharpness: float
     relief: float
     relief_error: float
+    relief_gain: float = float("inf")
 
     @property
     def relief_known(self) -> bool:
@@ -82,7 +87,7 @@ class Likeness:
         if self.told and self.picture < ALIKE:
             found.append(f"the picture is not the scene's (correlation {self.picture:.2f})")
         sure = self.relief_known and abs(self.relief - 1) > 4 * self.relief_error
-        if sure and not RELIEF[0] <= self.relief <= RELIEF[1]:
+        if sure and self.relief_gain > GAIN and not RELIEF[0] <= self.relief <= RELIEF[1]:
             kind = "inverted" if self.relief < -0.5 else "flat" if self.relief < 0.5 else "wrong"
             found.append(f"its relief is {kind} ({self.relief:.1f} of the scene's)")
         return found
@@ -98,6 +103,7 @@ class Likeness:
             "sharpness": self.sharpness,
             "relief": self.relief,
             "relief_error": self.relief_error,
+            "relief_gain": self.relief_gain,
         }
 
 
@@ -133,10 +139,10 @@ def compare(
     error, height = best.offset, best.height
     shift = error if clear and np.isfinite(error) and height >= SHARP else 0.0
     found = at_depths(cells.light, cells.depths, expected.depth + shift)
-    factor, scatter = float("nan"), float("inf")
+    factor, scatter, gain = float("nan"), float("inf"), 0.0
     # Cells that hardly tell the depth (see `outline`) do not tell the relief.
     if clear and size > SHALLOW * depth_of_focus and height >= 2 * SHARP:
-        factor, scatter = _stretch(lambda stretch: how_deep(stretch, shift), light > 0)
+        factor, scatter, gain = _stretch(lambda stretch: how_deep(stretch, shift), light)
     return Likeness(
         told,
         correlation(found, light),
@@ -147,6 +153,7 @@ def compare(
         height if clear else 0.0,
         factor,
         scatter,
+        gain,
     )
 
 
@@ -264,23 +271,28 @@ def _peak(
 
 
 def _stretch(
-    at: Callable[[float], NDArray[np.float64]], lit: NDArray[np.bool_]
-) -> tuple[float, float]:
+    at: Callable[[float], NDArray[np.float64]], light: NDArray[np.float64]
+) -> tuple[float, float, float]:
     """The stretch at which the cells tell most, and its standard error.
 
     The larger of two: by the scatter of the cells' slopes there and the bend of their mean
     (sandwich formula), which takes cells for independent and the peak for a parabola; and by
-    leaving out a sixteenth of the picture at a time (jackknife), which does not.
+    leaving out a sixteenth of the picture at a time (jackknife), which does not. And how many
+    standard errors more the cells tell there than at 1.
     """
     per_cell = np.array([at(g) for g in STRETCHES])
     curve = per_cell.sum(axis=(1, 2))
     factor, bend, part = _top(curve)
     if not bend < 0:
-        return factor, float("inf")
+        return factor, float("inf"), 0.0
     g = STRETCHES[part] - STRETCHES[int(curve.argmax())]
     slopes = np.polyfit(g, per_cell[part].reshape(len(g), -1), 2)[1]
     scatter = sqrt(float(((slopes - slopes.mean()) ** 2).sum())) / abs(2 * bend)
-    return factor, max(scatter, standard_error(per_cell, lit, lambda c: _top(c)[0]))
+    jackknife = standard_error(per_cell, light > 0, lambda c: _top(c)[0])
+    more = np.array([at(factor) - at(1.0), light])
+    surely = standard_error(more, light > 0, lambda c: c[0] / c[1])
+    gain = float(more[0].sum() / more[1].sum()) / surely if surely > 0 else 0.0
+    return factor, max(scatter, jackknife), gain
 
 
 def _top(curve: NDArray[np.float64]) -> tuple[float, float, slice]:
