@@ -9,7 +9,6 @@ panel is 0.5 + 0.5·clip(s/scale, −1, 1). `chrmc.encodings` has this and the o
 from math import sqrt
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
 
 from chrmc.encoding import Coding, coding_for
@@ -134,6 +133,8 @@ def limit_band(field: NDArray[np.complex64], slm: SLM, coding: Coding) -> NDArra
     On the SLM's own rows and columns: padding would cut the field off at the edges and so bring
     new frequencies in, where a field that keeps to the band already shall pass unchanged.
     """
+    import scipy.fft  # takes a while
+
     limited = np.asarray(field, dtype=np.complex64)
     for axis, edge in ((0, coding.passband.fy_max), (1, coding.passband.fx_max)):
         beyond = np.abs(scipy.fft.fftfreq(slm.shape[axis], slm.pixel_pitch)) >= edge

@@ -1,12 +1,15 @@
 """The sensible ways to make a scene's holograms, what each takes, and the one to take."""
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from importlib import import_module
-from itertools import pairwise
+from itertools import pairwise, product
 from math import hypot, inf, sqrt
 from typing import Any
+
+import numpy as np
 
 from chrmc.cgh import METHODS, CGHMethod, OperationCounts, method_named
 from chrmc.compensation import (
@@ -23,6 +26,7 @@ from chrmc.planning.choice import Choice, pick, sentence
 from chrmc.planning.errors import PROMISED, expected_error
 from chrmc.planning.rates import Rates, machine_rates
 from chrmc.ranges import TOLERANCE_RANGE, Range
+from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Scene, SceneFrame, as_scene, frame_range
 from chrmc.slm import LC_R_1080, SLM
 from chrmc.window import Window
@@ -35,6 +39,7 @@ TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 BUDGET = Range("budget", 1e-6, 1e6, unit="s")
 _LONGER = 4  # groups that are tried, in GROUPs
 _MANY = 500  # points of which some are counted
+_CORNERS = 100_000  # points from which the corners of their box are looked at first
 
 # From the field, or from the signal, to 8 bits: bytes and steps of one core, as measured.
 _FROM_FIELD, _FROM_SIGNAL, _STEPS = 300.0, 60.0, 400.0
@@ -138,14 +143,18 @@ class _Look:
         self, tolerance: float | None, budget: float | None, every: bool
     ) -> Iterator[Choice]:
         """All ways without the published videos, the default first."""
-        check_showable(self.frame.cloud, self.slm, self.wavelength, self.coding.passband)
-        tolerances = [] if tolerance is None else [tolerance]
-        if budget is not None:
-            tolerances += [t for t in TOLERANCES if t != tolerance]
-        exact = [way for one in tolerances if (way := self._of(OBJECT_CGH, {"tolerance": one}))]
+        self._check()
+        if budget is not None and not every:
+            exact, objects = self._around(budget, tolerance)
+        else:
+            asked = [] if tolerance is None else [tolerance]
+            if budget is not None:
+                asked += [t for t in TOLERANCES if t != tolerance]
+            exact = [way for t in asked if (way := self._exact(t)) is not None]
+            objects = self._by_object(exact[0]) if exact else []
         if budget is not None:
             exact += between(exact)
-        sure = [*self._by_object(exact), *exact]
+        sure = [alike(way, exact[0], one) for way in objects for one in exact] + exact
         yield from sure
         most = inf
         if not every:
@@ -158,6 +167,46 @@ class _Look:
                         yield way
                     elif not every:
                         break  # its finer settings take longer still
+
+    def _check(self) -> None:
+        """ValueError where points cannot be shown; of very many only where the corners of their
+        box cannot."""
+        cloud = self.frame.cloud
+        if len(cloud) > _CORNERS:
+            x, y, z = (sorted({c.min(), c.max()}) for c in cloud.positions.T)
+            places = np.array(list(product(x, y, z)))
+            brightest = np.full(len(places), np.abs(cloud.amplitude).max())
+            with suppress(ValueError):
+                corners = PointCloud(places, brightest, np.zeros(len(places)))
+                return check_showable(corners, self.slm, self.wavelength, self.coding.passband)
+        check_showable(cloud, self.slm, self.wavelength, self.coding.passband)
+
+    def _exact(self, tolerance: float) -> Choice | None:
+        return self._of(OBJECT_CGH, {"tolerance": tolerance})
+
+    def _around(self, budget: float, tolerance: float | None) -> tuple[list[Choice], list[Choice]]:
+        """Frames afresh at tolerances on both sides of a budget, the asked one among them, and
+        object by object at the first."""
+        found: dict[float, Choice | None] = {}
+        objects: list[Choice] = []
+        first: Choice | None = None
+
+        def keeps(tolerance: float) -> bool:
+            nonlocal first, objects
+            way = found.setdefault(tolerance, self._exact(tolerance))
+            if way is None:
+                return False
+            if first is None:
+                first, objects = way, self._by_object(way)
+            return any(alike(c, first, way).keeps(budget) for c in [*objects, first])
+
+        if tolerance is not None:
+            keeps(tolerance)
+        low, high = -1, len(TOLERANCES)
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if keeps(TOLERANCES[middle]) else (low, middle)
+        return [way for way in found.values() if way is not None], objects
 
     def _of(self, name: str, options: Mapping[str, Any], most: float = inf) -> Choice | None:
         """A CGH method without compensation; None of one that takes more seconds than `most`."""
@@ -203,34 +252,33 @@ class _Look:
         each = _FROM_SIGNAL if direct else _FROM_FIELD
         return self.rates.seconds(OperationCounts(bytes=each * pixels, calls=_STEPS), False)
 
-    def _by_object(self, exact: list[Choice]) -> Iterator[Choice]:
-        """The video methods that tell objects apart, at the tolerances of those that do not."""
+    def _by_object(self, afresh: Choice) -> list[Choice]:
+        """The video methods that tell objects apart, at a tolerance of frames afresh."""
         shared = method_named(OBJECT_CGH).shares_cores
+        later = range(self.frame.number + 1, min(self.frame.number + GROUP, self.numbers.stop))
+        extra = self._encoding(True)
+        out = []
         for name, module in COUNTED.items():
-            if not exact:
-                return
-            later = range(self.frame.number + 1, min(self.frame.number + GROUP, self.numbers.stop))
             try:
                 found = import_module(module).cost(
                     self.scene, self.frame.objects, later, self.slm, self.wavelength, self.coding,
-                    tolerance=exact[0].tolerance,
+                    tolerance=afresh.tolerance,
                 )  # fmt: skip
             except ValueError:
                 continue
-            extra = self._encoding(True)
             for group in self._groups():
                 frames = min(group, len(self.numbers))
                 key = sum((o.key for o in found), OperationCounts())
                 mean = sum((o.mean(frames) for o in found), OperationCounts())
-                seconds = [self.rates.seconds(counts, shared) for counts in (key, mean)]
-                for way in exact:
-                    # Other tolerances change both ways about alike.
-                    more = way.mean / exact[0].mean
-                    yield replace(
-                        way, compensation=name, group=group, key=seconds[0] * more + extra,
-                        mean=seconds[1] * more + extra, memory=max(key.memory, mean.memory),
+                first, average = (self.rates.seconds(c, shared) + extra for c in (key, mean))
+                out.append(
+                    replace(
+                        afresh, compensation=name, group=group, key=first, mean=average,
+                        memory=max(key.memory, mean.memory),
                         objects={o.name: o.how for o in found},
-                    )  # fmt: skip
+                    )
+                )  # fmt: skip
+        return out
 
     def published(self) -> Iterator[Choice]:
         """The video methods that are counted as a whole."""
@@ -264,6 +312,15 @@ class _Look:
     def _groups(self) -> list[int]:
         more = len(self.numbers) > GROUP
         return [GROUP, _LONGER * GROUP] if more else [GROUP]
+
+
+def alike(way: Choice, afresh: Choice, other: Choice) -> Choice:
+    """`way`, whose tolerance is that of `afresh`, at that of `other`, a frame afresh: tolerances
+    change the times of all ways about alike."""
+    more = other.mean / afresh.mean
+    return replace(
+        way, options=other.options, error=other.error, key=way.key * more, mean=way.mean * more
+    )
 
 
 def between(ways: list[Choice]) -> list[Choice]:

@@ -17,7 +17,6 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-import scipy.fft
 from threadpoolctl import threadpool_info
 
 from chrmc.cgh.counts import KINDS, Rates, product
@@ -164,6 +163,8 @@ def _lookups() -> Kernel:
 
 
 def _transforms() -> Kernel:
+    import scipy.fft  # takes a while
+
     samples = np.ones((1024, 1024), np.complex64)
     return lambda: scipy.fft.fft2(samples, workers=1), samples.size * 20.0
 

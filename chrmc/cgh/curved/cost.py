@@ -4,6 +4,7 @@ Clusters, nodes, sub-clusters and terms are those of the real sum; of many clust
 sub-clusters, a few are planned and stand for the others.
 """
 
+from dataclasses import replace
 from math import ceil
 
 import numpy as np
@@ -14,6 +15,7 @@ from chrmc.cgh.curved import baseband, clusters
 from chrmc.cgh.curved.baseband import Axes
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import SMALL
+from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, readable
 from chrmc.cgh.curved.tables import MOST_AT_ONCE
 from chrmc.cgh.curved.verify import waves_looked_at
@@ -36,6 +38,7 @@ _FETCHED = 1.25  # of a product's time, its matrices being out of the cache
 _TIGHT, _AGAIN = 2e-5, 1.4  # tolerances that take a second attempt, now and then
 _TRANSFORMED, _TRANSFORMS = 200.0, 5e4  # phasors of a point that is transformed, steps beside
 _FILTERS = 3e7  # phasors of the filters without which there are no transforms
+_EDGE = 24  # nodes of a soft edge that filters are tried for
 
 
 def some_of(cloud: PointCloud) -> tuple[PointCloud, float]:
@@ -91,7 +94,9 @@ def _of_cluster(cloud: PointCloud, plane: Plane, tolerance: float, each: float) 
     nodes = len(axes[0].nodes), len(axes[1].nodes)
     if count >= MANY_POINTS:
         total += OperationCounts(phasors=_FILTERS)
-        if readable(some, axes, reference, plane, tolerance):
+        parts = [_some_edge(axis) for axis in axes]
+        share = max(part for _, part in parts) ** 0.5
+        if readable(some, (parts[0][0], parts[1][0]), reference, plane, share * tolerance):
             return total + OperationCounts(
                 phasors=_TRANSFORMED * count, calls=_TRANSFORMS, memory=140.0 * count
             )
@@ -113,6 +118,28 @@ def _of_cluster(cloud: PointCloud, plane: Plane, tolerance: float, each: float) 
     held = len(cloud) / (number * max(1, len(leaf)))
     # Points of a leaf like this one make most of its work.
     return total + one.times(number * min(max(held, 0.5), 2.0))
+
+
+def _some_edge(axis: Axis) -> tuple[Axis, float]:
+    """The axis with a few nodes of one soft edge, which stand for all, and their share of these:
+    finding filters would be most of the work of counting."""
+    edges = [run for run in axis.runs if run.tapered]
+    if not edges:
+        return axis, 1.0
+    longest = max(edges, key=lambda run: len(run.weight))
+    skipped = max(0, len(longest.weight) - _EDGE) // 2
+    kept = slice(skipped, len(longest.weight) - skipped)
+    start = longest.nodes.start
+    few = replace(
+        longest,
+        nodes=slice(start + kept.start, start + kept.stop),
+        line=None if longest.line is None else longest.line.part(kept.start, kept.stop),
+        weight=longest.weight[kept],
+    )
+    runs = tuple(few if run is longest else run for run in axis.runs
+                 if not run.tapered or run is longest)  # fmt: skip
+    share = float(few.weight.sum()) / sum(float(run.weight.sum()) for run in edges)
+    return replace(axis, runs=runs), share
 
 
 def _a_leaf(

@@ -18,7 +18,6 @@ from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve
 
 from chrmc.cgh.curved.along import Across, Along, across, rest_along, waves_along
 from chrmc.cgh.curved.clusters import Plane
@@ -189,6 +188,8 @@ def _solve(
     nodes: Floats, places: Floats, models: tuple[Along, Along], tolerance: float
 ) -> tuple[Complexes, Complexes]:
     """(nodes, places) the filters of one strip on two lines across."""
+    from scipy.linalg import solve  # takes a while
+
     number = ceil(_WAVES * len(places)) + 10
     model = models[0]
     x = np.linspace(float(model.x.min()), float(model.x.max()), number)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chrmc.cgh import rt
 from chrmc.cgh.counts import STATED
 from chrmc.cgh.curved.clusters import Plane
-from chrmc.cgh.curved.cost import cost_of
+from chrmc.cgh.curved.cost import cost_of, some_of
 from chrmc.cgh.curved.verify import SURE, field_error
 from chrmc.optics.footprint import coverage
 from chrmc.optics.passband import Passband
@@ -33,7 +33,7 @@ def rays_pay(
     tolerance: float,
 ) -> bool:
     """Whether rays take less than the low-rank form, as counted."""
-    if float(coverage(cloud, slm, wavelength, passband).mean()) > _SMALL:
+    if float(coverage(some_of(cloud)[0], slm, wavelength, passband).mean()) > _SMALL:
         return False
     seconds = STATED.seconds(rt.cost(cloud, slm, wavelength, window, passband))
     if seconds > _BEARABLE:

@@ -27,7 +27,8 @@ from chrmc.window import Window
 
 _CHOSEN = 2  # moving objects whose choice is worked out; it stands for the others
 _SOME = 5000  # points of a body that stand for its outline
-_KEY = 8.0  # what a key frame takes beyond later ones, in frames' worth of sums afresh
+_KEY = 8.0  # what a key frame takes beyond later ones, in frames' worth of sums afresh, at most
+_LATER = 0.3  # of what a frame takes on the average, that later ones take at least
 _FEW = 1500  # points that no choice is worked out for
 _CHOOSE = 3.5e4  # steps of Python of the choice itself, for each number of frames that it tries
 _FOUND_OUT = 1e6  # and that of an object that one reference wave does not fit
@@ -129,14 +130,15 @@ def cost(
             afresh(f"afresh: {choice.why}", choosing, choice.frames)
             continue
         shown = pixels_from(plan.axes)
-        # Looked up, it takes the counted share of what summing its points would; the key frame's
-        # part of that is in the key frame.
+        # Looked up, it takes the counted share of what summing its points would, on the average of
+        # the frames that a key frame serves; that one's part of it is in the key frame.
         sums = sums_of(fresh, shown)
         part = choice.reused / choice.fresh
-        later_part = max(part - _KEY / choice.frames, 0.3 * part)
+        later_part = max(part - _KEY / choice.frames, _LATER * part)
+        key_part = (part - later_part) * choice.frames
         look = OperationCounts(phasors=_WAVE * looked_at(len(obj.cloud), tolerance), calls=_LOOK_UP)
         others = sums.times(later_part) + shown + look
-        key = others + sums.times(_KEY) + OperationCounts(calls=choosing)
+        key = others + sums.times(key_part) + OperationCounts(calls=choosing)
         out.append(ObjectCost(obj.name, key, others, choice.frames, choice.why))
     return out
 
