@@ -38,7 +38,7 @@ _FETCHED = 1.25  # of a product's time, its matrices being out of the cache
 _TIGHT, _AGAIN = 2e-5, 1.4  # tolerances that take a second attempt, now and then
 _TRANSFORMED, _TRANSFORMS = 200.0, 5e4  # phasors of a point that is transformed, steps beside
 _FILTERS = 3e7  # phasors of the filters without which there are no transforms
-_EDGE = 24  # nodes of a soft edge that filters are tried for
+_EDGE, _MIDDLE = 40, 1.5  # nodes of an edge that filters are tried for, and how much worse they are
 
 
 def some_of(cloud: PointCloud) -> tuple[PointCloud, float]:
@@ -95,7 +95,7 @@ def _of_cluster(cloud: PointCloud, plane: Plane, tolerance: float, each: float) 
     if count >= MANY_POINTS:
         total += OperationCounts(phasors=_FILTERS)
         parts = [_some_edge(axis) for axis in axes]
-        share = max(part for _, part in parts) ** 0.5
+        share = min(_MIDDLE * max(part for _, part in parts), 1.0) ** 0.5
         if readable(some, (parts[0][0], parts[1][0]), reference, plane, share * tolerance):
             return total + OperationCounts(
                 phasors=_TRANSFORMED * count, calls=_TRANSFORMS, memory=140.0 * count
@@ -121,8 +121,8 @@ def _of_cluster(cloud: PointCloud, plane: Plane, tolerance: float, each: float) 
 
 
 def _some_edge(axis: Axis) -> tuple[Axis, float]:
-    """The axis with a few nodes of one soft edge, which stand for all, and their share of these:
-    finding filters would be most of the work of counting."""
+    """The axis with a few nodes in the middle of one soft edge, which stand for all, and their share
+    of these: finding filters would be most of the work of counting."""
     edges = [run for run in axis.runs if run.tapered]
     if not edges:
         return axis, 1.0
