@@ -40,6 +40,7 @@ COUNTED_WHOLE = {
     "tr-nlut": "chrmc.compensation.nlut.cost",
     "mc-nlut": "chrmc.compensation.nlut.cost",
     "mpeg-nlut": "chrmc.compensation.nlut.cost",
+    "3dmc-nlut": "chrmc.compensation.nlut.cost",
     "ch-rmc-paper": "chrmc.compensation.ch_rmc_paper.cost",
 }
 DEFAULT_TOLERANCE = 1e-3

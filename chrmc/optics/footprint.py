@@ -86,6 +86,29 @@ def check_showable(cloud: PointCloud, slm: SLM, wavelength: float, passband: Pas
         )
 
 
+def pixels_within(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    passband: Passband,
+    number: int,
+    random: np.random.Generator,
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Rows and columns, (N, number) each, drawn from the pixels in each point's footprint."""
+    out = []
+    for axis, (count, f_max) in enumerate(
+        ((slm.width, passband.fx_max), (slm.height, passband.fy_max))
+    ):
+        middle = cloud.positions[:, axis] / slm.pixel_pitch + (count - 1) / 2
+        half = cloud.positions[:, 2] * reach(wavelength, f_max) / slm.pixel_pitch
+        low = np.clip(np.ceil(middle - half), 0, count - 1)
+        high = np.clip(np.floor(middle + half), low, count - 1)
+        place = random.random((len(cloud), number))
+        out.append((low[:, None] + place * (high - low + 1)[:, None]).astype(np.intp))
+    columns, rows = out
+    return rows, columns
+
+
 def coverage(
     cloud: PointCloud, slm: SLM, wavelength: float, passband: Passband
 ) -> NDArray[np.float64]:

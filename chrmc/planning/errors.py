@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from chrmc.cgh.method import CGHMethod
-from chrmc.optics.footprint import expected_power, reach
+from chrmc.optics.footprint import expected_power, pixels_within
 from chrmc.optics.passband import Passband
 from chrmc.reference import true_waves
 from chrmc.scene.points import PointCloud
@@ -42,17 +42,7 @@ def expected_error(
     random = np.random.default_rng(0)
     drawn = random.choice(len(cloud), min(POINTS, len(cloud)), replace=False)
     few = cloud.select(np.sort(drawn))
-    spans = []
-    for axis, (count, f_max) in enumerate(
-        ((slm.width, passband.fx_max), (slm.height, passband.fy_max))
-    ):
-        middle = few.positions[:, axis] / slm.pixel_pitch + (count - 1) / 2
-        half = few.positions[:, 2] * reach(wavelength, f_max) / slm.pixel_pitch
-        low = np.clip(np.ceil(middle - half), 0, count - 1)
-        high = np.clip(np.floor(middle + half), low, count - 1)
-        place = random.random((len(few), PIXELS))
-        spans.append((low[:, None] + place * (high - low + 1)[:, None]).astype(np.intp))
-    columns, rows = spans
+    rows, columns = pixels_within(few, slm, wavelength, passband, PIXELS, random)
     truth = true_waves(few, slm, wavelength, rows, columns, passband)
     made = method.waves(few, slm, wavelength, rows, columns, passband, **options)
     light = np.mean(np.abs(truth) ** 2, axis=1)

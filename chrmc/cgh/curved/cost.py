@@ -121,8 +121,10 @@ def _of_cluster(cloud: PointCloud, plane: Plane, tolerance: float, each: float) 
 
 
 def _some_edge(axis: Axis) -> tuple[Axis, float]:
-    """The axis with a few nodes in the middle of one soft edge, which stand for all, and their share
-    of these: finding filters would be most of the work of counting."""
+    """The axis with a few nodes in the middle of one soft edge, and their share of all.
+
+    They stand for all: finding filters would be most of the work of counting.
+    """
     edges = [run for run in axis.runs if run.tapered]
     if not edges:
         return axis, 1.0

@@ -90,6 +90,7 @@ class Moving:
 class Group:
     """A reference frame's blocks and, made when first needed, their holograms."""
 
+    frame: SceneFrame
     blocks: list[Block]
     alone: list[bool]  # which blocks need a hologram of their own
     computer: Computer
@@ -156,26 +157,33 @@ def group_frames(
     matcher = Matcher.of(scene, matching)
     computer = Computer(slm, wavelength, cgh, coding.passband, options)
     for start in range(0, len(numbers), search.size):
-        first, *others = numbers[start : start + search.size]
-        record = FrameRecord(first)
-        with record.stage("PE"):
-            reference = scene.frame(first)
-            blocks = [b for obj in reference.objects for b in _cut(obj, matcher, search)]
-        general = []
-        for number in others:
-            own = FrameRecord(number, key=False)
-            with own.stage("PE"):
-                frame = _compensate(scene.frame(number), blocks, matcher, computer, search)
-            _book(own, frame, computer)
-            general.append((frame, own))
-        alone = [any(frame.moves[i] for frame, _ in general) for i in range(len(blocks))]
-        everything = Correction(PointCloud.empty(), reference.cloud)
-        computer.book(record, everything)
-        group = Group(blocks, alone, computer, record)
-        yield VideoFrame(reference, record, group.reference)
+        group, general = next_group(scene, numbers[start:], matcher, computer, search)
+        yield VideoFrame(group.frame, group.record, group.reference)
         for frame, own in general:
             make = partial(group.general, frame, own)
             yield VideoFrame(frame.scene_frame, own, make, shown=frame.shown)
+
+
+def next_group(
+    scene: Scene, numbers: range, matcher: Matcher, computer: Computer, search: Search
+) -> tuple[Group, list[tuple[Moving, FrameRecord]]]:
+    """The first group of some frames, none of whose fields is made yet."""
+    first, *others = numbers[: search.size]
+    record = FrameRecord(first)
+    with record.stage("PE"):
+        reference = scene.frame(first)
+        blocks = [b for obj in reference.objects for b in _cut(obj, matcher, search)]
+    general = []
+    for number in others:
+        own = FrameRecord(number, key=False)
+        with own.stage("PE"):
+            frame = _compensate(scene.frame(number), blocks, matcher, computer, search)
+        _book(own, frame, computer)
+        general.append((frame, own))
+    alone = [any(frame.moves[i] for frame, _ in general) for i in range(len(blocks))]
+    everything = Correction(PointCloud.empty(), reference.cloud)
+    computer.book(record, everything)
+    return Group(reference, blocks, alone, computer, record), general
 
 
 def _cut(obj: ObjectFrame, matcher: Matcher, search: Search) -> list[Block]:
