@@ -1,8 +1,7 @@
 """Long turns and many bodies on the object surface: every frame's error, and the memory held."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -10,7 +9,6 @@ from scipy.spatial.transform import Rotation
 import chrmc
 from chrmc.bench.speed import most_held
 from chrmc.encoding import coding_for
-from chrmc.files import read_json, write_json
 from chrmc.reference import reference_samples, relative_error
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
@@ -39,6 +37,11 @@ class Endured:
     early: float
     late: float
     keys: int
+
+    @property
+    def key(self) -> tuple[str, float]:
+        """Scene and tolerance."""
+        return self.name, self.tolerance
 
 
 def _ellipsoid(points: int, size: tuple[float, float, float], seed: int) -> PointCloud:
@@ -146,38 +149,3 @@ def endured(
             if frame.number <= max(1, scene.frame_count // 10):
                 early = late
             yield Endured(scene.name, tolerance, frame.number, worst, early, late, keys)
-
-
-class Kept:
-    """What came of long turns so far, in a file beside the table; without a path in no file.
-
-    made_with : machine and settings; what was made with others is refused
-    """
-
-    def __init__(self, path: Path | None, made_with: Sequence[str]) -> None:
-        self.path, self.made_with = path, list(made_with)
-        self._kept: dict[tuple[str, float], Endured] = {}
-        if path is None or not path.exists():
-            return
-        stored = read_json(path, "record of long turns")
-        try:
-            before, rows = stored["made_with"], [Endured(**row) for row in stored["turns"]]
-        except (KeyError, TypeError):
-            raise ValueError(f"{path} is no record of long turns: remove it") from None
-        if before != self.made_with:
-            raise ValueError(
-                f"{path} was made with {'; '.join(map(str, before))}, not "
-                f"{'; '.join(self.made_with)}: remove it, or name another --out"
-            )
-        self._kept = {(row.name, row.tolerance): row for row in rows}
-
-    def of(self, name: str, tolerance: float) -> Endured | None:
-        """What came of a turn so far."""
-        return self._kept.get((name, tolerance))
-
-    def take(self, turn: Endured) -> None:
-        """Keep what came of one so far."""
-        self._kept[turn.name, turn.tolerance] = turn
-        if self.path is not None:
-            turns = [asdict(one) for one in self._kept.values()]
-            write_json(self.path, {"made_with": self.made_with, "turns": turns})

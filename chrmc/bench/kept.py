@@ -1,7 +1,11 @@
-"""A scene whose frames are kept, so that only holograms are timed."""
+"""What benches keep: a scene's frames, so that only holograms are timed; and rows that are done."""
 
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
+from chrmc.files import read_json, write_json
 from chrmc.scene.scene import Scene, SceneFrame
 
 
@@ -25,3 +29,52 @@ class KeptFrames:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._scene, name)
+
+
+class Row(Protocol):
+    """A dataclass of what JSON holds."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """What it is asked for by."""
+
+
+Kind = TypeVar("Kind", bound=Row)
+
+
+class KeptRows(Generic[Kind]):
+    """What came of a long bench so far, in a file, so that it goes on where it was stopped.
+
+    path : without one nothing is stored
+    made_with : machine and settings; what was made with others is refused
+    """
+
+    def __init__(self, path: Path | None, made_with: Sequence[str], kind: type[Kind]) -> None:
+        self.path, self.made_with = path, list(made_with)
+        self._rows: dict[tuple[Any, ...], Kind] = {}
+        if path is None or not path.exists():
+            return
+        stored = read_json(path, "record of a bench")
+        try:
+            before, rows = stored["made_with"], [kind(**row) for row in stored["rows"]]
+        except (KeyError, TypeError):
+            raise ValueError(f"{path} is no record of a bench: remove it") from None
+        if before != self.made_with:
+            raise ValueError(
+                f"{path} was made with {'; '.join(map(str, before))}, not "
+                f"{'; '.join(self.made_with)}: remove it, or name another --out"
+            )
+        self._rows = {row.key: row for row in rows}
+
+    def of(self, *key: Any) -> Kind | None:
+        """A row, as far as it came."""
+        return self._rows.get(key)
+
+    def take(self, row: Kind) -> None:
+        """Keep a row, in place of what there was of it."""
+        self._rows[row.key] = row
+        if self.path is not None:
+            rows = [asdict(one) for one in self._rows.values()]
+            write_json(self.path, {"made_with": self.made_with, "rows": rows})

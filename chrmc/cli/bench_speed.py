@@ -135,12 +135,13 @@ def _endured(
 ) -> Iterator[str]:
     """A line for every long turn, and one for many bodies."""
     from chrmc.bench import endurance
+    from chrmc.bench.kept import KeptRows
     from chrmc.progress import progress
 
     if not frames:
         return
     made_with = [about, f"{1e9 * wave:g} nm", f"{frames} frames", f"{most} points at most"]
-    kept = endurance.Kept(out and out.with_suffix(".endured.json"), made_with)
+    kept = KeptRows(out and out.with_suffix(".endured.json"), made_with, endurance.Endured)
     turns = [(endurance.spinning(min(most, 100_000), frames), t) for t in (1e-2, 1e-3, 1e-4, 1e-5)]
     for scene, tolerance in [*turns, (endurance.crossing(min(most, 10_000), frames), 1e-3)]:
         one = kept.of(scene.name, tolerance)

@@ -7,7 +7,8 @@ import pytest
 
 from chrmc import SLM, WAVELENGTH
 from chrmc.bench import endurance
-from chrmc.bench.endurance import Kept, crossing, endured
+from chrmc.bench.endurance import Endured, crossing, endured
+from chrmc.bench.kept import KeptRows
 from chrmc.bench.reuse import Case, ellipsoid_scene, reuse
 from chrmc.bench.rivals import corrected_signal
 from chrmc.encoding import coding_for
@@ -58,16 +59,16 @@ def test_a_long_turn_that_was_stopped_goes_on_behind_its_last_group(
     monkeypatch.setattr(endurance, "GROUP", 2)
     scene, path = endurance.spinning(200, 5), tmp_path / "turns.json"
     whole = list(endured(scene, PANEL, WAVELENGTH, 1e-2))
-    kept = Kept(path, ["here"])
+    kept = KeptRows(path, ["here"], Endured)
     assert kept.of("spin", 1e-2) is None
     kept.take(whole[1])  # stopped in frame 3
-    before = Kept(path, ["here"]).of("spin", 1e-2)
+    before = KeptRows(path, ["here"], Endured).of("spin", 1e-2)
     assert before == whole[1] and before.frames == 2
     rest = list(endured(scene, PANEL, WAVELENGTH, 1e-2, before))
     assert [one.frames for one in rest] == [3, 4, 5]
     assert (rest[-1].error, rest[-1].keys) == (whole[-1].error, whole[-1].keys)
     with pytest.raises(ValueError, match="made with here, not elsewhere"):
-        Kept(path, ["elsewhere"])
+        KeptRows(path, ["elsewhere"], Endured)
     path.write_text("[]")
-    with pytest.raises(ValueError, match="no record of long turns"):
-        Kept(path, ["here"])
+    with pytest.raises(ValueError, match="no record of a bench"):
+        KeptRows(path, ["here"], Endured)
