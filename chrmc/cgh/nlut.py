@@ -172,7 +172,7 @@ def cost(
     """A look-up for each point and pixel of its footprint; PFPs too where the table forgets."""
     placed = Placed.of(cloud, slm, wavelength, depth_step, subpixel)
     share = coverage(cloud, slm, wavelength, passband)
-    each = np.where(placed.shift_only, 1.6, 2.6)
+    each = np.where(placed.shift_only, 1.3, 2.1)
     extent = placed.extent(slm, wavelength, passband)
     planes = len(np.unique(placed.plane))
     held = 8.0 * planes * extent[0] * extent[1]

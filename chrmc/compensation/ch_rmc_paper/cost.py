@@ -27,7 +27,7 @@ from chrmc.encoding import Coding
 from chrmc.optics.footprint import expected_power, reach
 from chrmc.optics.passband import Passband
 from chrmc.scene.points import PointCloud
-from chrmc.scene.scene import ObjectFrame, Scene
+from chrmc.scene.scene import Pose, Scene
 from chrmc.slm import SLM
 from chrmc.window import Window
 
@@ -57,14 +57,16 @@ def cost(
             continue
         own = float(expected_power(obj.cloud, slm, wavelength, passband).sum())
         light += own
-        path = _path(scene, obj, numbers[:_FRAMES])
-        if path is None:
+        poses = [scene.pose(obj.name, number) for number in numbers[:_FRAMES]]
+        known = [pose for pose in poses if pose is not None]
+        if len(known) < len(poses):
             return None
+        path = np.array([pose.translation for pose in known])
         found = motions(path)
         moves = [found.get(n) for n in range(2, len(path) + 1)]
         outline = obj.cloud.select(slice(None, None, max(1, len(obj.cloud) // _MANY)))
-        if any(isinstance(move, Rotation) for move in moves):
-            wrong += own * _missed(outline, path, moves, slm, wavelength, passband)
+        if not all(pose.same_as(known[0]) for pose in known):
+            wrong += own * _missed(outline, known, moves, slm, wavelength, passband)
         move = next((m for m in moves if m is not None), None)
         if move is None:
             continue
@@ -75,13 +77,6 @@ def cost(
             later += method.cost(obj.cloud, slm, wavelength, blank, passband)
     error = float(np.sqrt(wrong / light)) if light > 0 else 0.0
     return VideoCost(DEFAULT_METHOD, key, later, len(numbers), error)
-
-
-def _path(scene: Scene, obj: ObjectFrame, numbers: range) -> Floats | None:
-    """(N, 3) where an object is in some frames."""
-    poses = [scene.pose(obj.name, number) for number in numbers]
-    known = [pose.translation for pose in poses if pose is not None]
-    return np.array(known) if len(known) == len(poses) else None
 
 
 def _carrying(move: Motion, slm: SLM, wavelength: float) -> OperationCounts:
@@ -99,12 +94,12 @@ def _carrying(move: Motion, slm: SLM, wavelength: float) -> OperationCounts:
 
 
 def _missed(
-    cloud: PointCloud, path: Floats, moves: list[Motion], slm: SLM, wavelength: float,
+    cloud: PointCloud, poses: list[Pose], moves: list[Motion], slm: SLM, wavelength: float,
     passband: Passband,
 ) -> float:  # fmt: skip
     """Mean square of the relative error over the frames of some steps.
 
-    path : (N, 3) places of the object; moves : N − 1, between them
+    poses : of the object in N frames; moves : N − 1, that stand for what is between them
     """
     random = np.random.default_rng(0)
     chosen = random.choice(len(cloud), min(_POINTS, len(cloud)), replace=False)
@@ -124,7 +119,11 @@ def _missed(
             share = random.random((len(points), _PIXELS))
             pixels.append(low[:, None] + share * (high - low)[:, None])
         x, y = pixels
-        wrong, kept = np.zeros(x.shape), np.ones(x.shape, dtype=bool)
+        # The points' own motion, of which moves know no more than their object's place.
+        turn = poses[last].rotation @ poses[0].rotation.T
+        own = (cloud.positions[chosen] - poses[0].translation) @ turn.T + poses[last].translation
+        apart = _distance(points, x, y, 0.0) - _distance(own, x, y, 0.0)
+        wrong, kept = 2 * np.pi / wavelength * apart, np.ones(x.shape, dtype=bool)
         for step in range(last - 1, -1, -1):
             move = moves[step]
             before, after = clouds[step], clouds[step + 1]
