@@ -2,6 +2,7 @@
 and writes them, and the reader of 8-bit grey ones."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,8 @@ def write_pixels(
         spec.channelformats = tuple(kinds)
     for name, value in (attributes or {}).items():
         spec.attribute(name, value)
-    with replacing(path, new_folder=new_folder) as partial:
+
+    def write(partial: Path) -> None:
         out = oiio.ImageOutput.create(str(partial))
         if out is None:
             raise OSError(f"{path}: no writer for this kind of file; use .tif, .png or .exr")
@@ -51,6 +53,11 @@ def write_pixels(
         # The EXR writer says nothing of a disk that is full when the file is closed.
         if path.suffix.lower() == ".exr" and not _whole(partial):
             raise OSError(f"{path}: could not be written whole; is the disk full?")
+
+    # Signals are the main thread's: libpng prints a line of its own where one comes after a file is
+    # opened and before it has pixels.
+    with replacing(path, new_folder=new_folder) as partial, ThreadPoolExecutor(1) as writer:
+        writer.submit(write, partial).result()
 
 
 def _whole(path: Path) -> bool:

@@ -4,13 +4,15 @@ import contextlib
 import csv
 import platform
 import time
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields
 from datetime import UTC, datetime
+from io import FileIO, StringIO
 from pathlib import Path
 from types import TracebackType
-from typing import Any, TextIO
+from typing import Any
 
-from chrmc.files import write_json
+from chrmc.files import NO_SPACE, write_json
 from display.timing import Summary
 
 
@@ -51,7 +53,7 @@ COLUMNS = tuple(f.name for f in fields(Flip))
 
 
 class FlipLog:
-    """A CSV file that is whole up to its last line at any moment, whatever kills the player.
+    """A CSV file of whole lines at any moment, whatever kills the player or fills the disk.
 
     path : replaced if it exists; None keeps nothing
 
@@ -60,15 +62,14 @@ class FlipLog:
 
     def __init__(self, path: str | Path | None) -> None:
         self.path = path = None if path is None else Path(path)
-        self._file: TextIO | None = None
+        self._file: FileIO | None = None
+        self._size = 0  # of whole lines
         if path is not None:
             if path.is_dir():
                 raise ValueError(f"{path} is a folder: --log needs a file name such as flips.csv")
             path.parent.mkdir(parents=True, exist_ok=True)
-            # Line buffering: every line goes to the system in one write, before the next flip.
-            self._file = path.open("w", newline="", encoding="utf-8", buffering=1)
-            self._writer = csv.writer(self._file, lineterminator="\n")
-            self._writer.writerow(COLUMNS)
+            self._file = FileIO(path, "w")
+            self._line(COLUMNS)
 
     def describe(self, **facts: Any) -> None:
         """Write what holds for all flips; the time of day and that of the flips' clock with it."""
@@ -85,7 +86,24 @@ class FlipLog:
             row = list(astuple(flip))
             row[4] = f"{flip.time:.6f}"
             row[5] = "" if flip.interval is None else f"{flip.interval:.6f}"
-            self._writer.writerow(row)
+            self._line(row)
+
+    def _line(self, values: Sequence[Any]) -> None:
+        """One line in one write, before the next flip; OSError where it does not fit."""
+        assert self._file is not None
+        text = StringIO()
+        csv.writer(text, lineterminator="\n").writerow(values)
+        line = text.getvalue().encode()
+        try:
+            if self._file.write(line) == len(line):
+                self._size += len(line)
+                return
+            why = "no space is left"
+        except OSError as error:
+            why = "no space is left" if error.errno in NO_SPACE else str(error.strerror)
+        with contextlib.suppress(OSError):  # devices have no length
+            self._file.truncate(self._size)
+        raise OSError(f"{self.path}: {why}; the flips before are in it")
 
     def __enter__(self) -> "FlipLog":
         return self

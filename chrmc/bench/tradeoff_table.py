@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chrmc.files import replacing
+from chrmc.files import replacing, still_there
 
 
 @dataclass
@@ -155,6 +155,7 @@ class Table:
             mark_front(mine)
         self.done += mine
         if not found:
+            still_there(self.path.parent)
             with replacing(self.path) as part:
                 text = f"# {'; '.join(self.made_with)}\n{to_csv(self.entries)}"
                 part.write_text(text, encoding="utf-8")

@@ -47,7 +47,7 @@ def command(
     from chrmc.bench import extremes, extremes_table
     from chrmc.bench.extremes_worker import Worker
     from chrmc.cgh import DEFAULT_METHOD
-    from chrmc.files import replacing
+    from chrmc.files import replacing, still_there, sweep
     from chrmc.progress import progress
 
     path = out / "extremes.csv"
@@ -67,6 +67,7 @@ def command(
             number += 1
 
     out.mkdir(parents=True, exist_ok=True)
+    sweep(out)
     faults = 0
     with Worker() as worker:
         for number in progress(seeds(), "extremes", unit="case"):
@@ -75,6 +76,7 @@ def command(
             if outcome.fault:
                 faults += 1
                 click.echo(f"seed {number}, {outcome.case.kind}: {outcome.fault}")
+            still_there(out)
             with replacing(path) as part:
                 part.write_text(extremes_table.to_csv(rows), encoding="utf-8")
     for line in table(list(extremes_table.summaries(rows)), DEFAULT_METHOD):

@@ -112,6 +112,7 @@ def command(
     from chrmc.bench import tradeoff
     from chrmc.cli.bench_tables import image_psnr
     from chrmc.encoding import coding_for
+    from chrmc.files import sweep
     from chrmc.generation.recipe import scene_wavelength
     from chrmc.progress import progress
     from chrmc.scene.load import load_scene
@@ -124,6 +125,7 @@ def command(
     about = made_with(given, optics, rounds, len(numbers), limit, images)
     table = Table(out / "tradeoff.csv", about, force)
     out.mkdir(parents=True, exist_ok=True)  # told now, not after the first scene, if it cannot be
+    sweep(out)
     click.echo("; ".join(about))
     if table.kept:
         click.echo(f"{table.path}: {len(table.kept)} rows kept; --force measures them anew")

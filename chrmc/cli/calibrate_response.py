@@ -89,6 +89,7 @@ def command(
     must modulate amplitude as in use: polarisers in place, the beam on the whole panel.
     """
     from chrmc.figures import check_figure
+    from chrmc.files import check_writable
 
     if sum(given is not None for given in (measure, camera, table)) != 1:
         raise click.UsageError("say where the light comes from: --measure, --camera or --csv")
@@ -96,6 +97,7 @@ def command(
         raise ValueError(f"{out}: a response is written as .csv")
     if plot is not None:
         check_figure(plot)
+    check_writable(out)
     if table is not None:
         from chrmc.response_fit import fit_response
         from chrmc.response_table import read_readings

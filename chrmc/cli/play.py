@@ -171,6 +171,7 @@ def show(
     **options: Any,
 ) -> int:
     """Open the surface that the options mean, play a reel on it, and report; the exit status."""
+    from chrmc.files import still_there
     from display.log import plot_intervals
 
     if options["verify_screen"] and headless:
@@ -212,6 +213,7 @@ def show(
         click.echo(line)
     written = []
     if log is not None:
+        still_there(log.parent)
         written = [f"flips in {log}", f"monitor and versions in {log.with_suffix('.json')}"]
         plot = plot or log.with_suffix(".png")
     if plot is not None:

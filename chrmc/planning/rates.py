@@ -12,6 +12,7 @@ import platform
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
@@ -76,7 +77,22 @@ def kept_rates() -> Rates | None:
 
 
 def calibrate(seconds: float = SECONDS) -> Rates:
-    """Measure this machine's rates within so many seconds of work, and keep them."""
+    """Measure this machine's rates within so many seconds of work, and keep them where the disk
+    takes them: else they are measured again next time."""
+    rates = measured(seconds)
+    with suppress(OSError):
+        keep(rates)
+    return rates
+
+
+def keep(rates: Rates) -> None:
+    """Write them where the next plan finds them; OSError where that cannot be."""
+    with replacing(rates_file()) as part:
+        part.write_text(json.dumps(asdict(rates), indent=1), encoding="utf-8")
+
+
+def measured(seconds: float = SECONDS) -> Rates:
+    """This machine's rates, measured within so many seconds of work."""
     threads = workers()
     share = seconds / (2 * len(KERNELS))
     alone, together = {}, {}
@@ -89,15 +105,7 @@ def calibrate(seconds: float = SECONDS) -> Rates:
                 continue
             found = list(pool.map(_rate, jobs, [share] * threads))
             together[kind] = min(alone[kind], float(np.median(found)))
-    rates = Rates(alone, together, threads, seconds < SECONDS)
-    try:
-        file = rates_file()
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(file) as part:
-            part.write_text(json.dumps(asdict(rates), indent=1), encoding="utf-8")
-    except OSError:
-        pass  # a cache that cannot be written is measured again next time
-    return rates
+    return Rates(alone, together, threads, seconds < SECONDS)
 
 
 def _rate(kernel: Kernel, seconds: float) -> float:

@@ -3,6 +3,7 @@
 import csv
 import json
 import queue
+import resource
 import threading
 import time
 from datetime import UTC, datetime
@@ -201,6 +202,25 @@ def test_log_lines_are_on_disk_at_once(tmp_path):
             rows = list(csv.reader(path.open()))
             assert len(rows) == n + 1 and tuple(rows[0]) == COLUMNS
             assert rows[-1][:4] == [str(n), str(n), "a,b.tif", "ff"]
+
+
+def test_a_log_on_a_full_disk_ends_with_a_whole_line(tmp_path):
+    """A limit on the size of files stands for the disk: the line that does not fit is taken out."""
+    path, before = tmp_path / "flips.csv", resource.getrlimit(resource.RLIMIT_FSIZE)
+    flip = Flip(1, 1, "a.tif", "f" * 64, 1.5, None, "new", "ok", 0)
+    with FlipLog(path) as log:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (300, before[1]))
+        try:
+            with pytest.raises(OSError, match=r"flips.csv: .*; the flips before are in it"):
+                for _ in range(9):
+                    log.write(flip)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    text = path.read_text()
+    assert text.endswith("\n") and {len(row) for row in csv.reader(path.open())} == {len(COLUMNS)}
+    assert text.count("\n") == 3
+    with pytest.raises(OSError, match="/dev/full: no space is left"):
+        FlipLog("/dev/full")
 
 
 def test_what_holds_for_all_flips_lies_beside_the_log(tmp_path):

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from display.log import COLUMNS
+
 ROOT = Path(__file__).parents[3]
 PANEL = ["--slm", "192x120:81um"]
 OWN = '''
@@ -34,6 +36,11 @@ def field(cloud, slm, wavelength, window, passband):
     while (HERE / "made").stat().st_size > 3 and not (HERE / "go").exists():
         time.sleep(0.01)
     return chrmc.compute_field(cloud, slm, wavelength, "rt", window=window, passband=passband)
+
+def light(grey):
+    with (HERE / "measured").open("a") as file:
+        file.write(".")
+    return grey**2 + 1
 '''
 RECIPE = """
 scenes = ["own.py:scene"]
@@ -55,6 +62,11 @@ LONG = {
               "place/v/frame_0002.exr", "place/v/*.exr", 40),
     "reconstruct": (["reconstruct", "video", "--depths", "245mm:270mm:200", "--frame", "1",
                      "--out", "place/v"], "place/v/*2*.png", "place/v/depth_0*.png", 200),
+    "tradeoff": (["bench", "tradeoff", "own.py:scene", *PANEL, "--points", "10", "--rounds", "1",
+                  "--frames", "1", "--no-images", "--out", "place/v"], "place/v/tradeoff.csv",
+                 "place/v/tradeoff.*", 2),
+    "extremes": (["bench", "extremes", "--minutes", "0.1", "--seed", "7", "--out", "place/v"],
+                 "place/v/extremes.csv", "place/v/extremes.*", 2),
 }  # fmt: skip
 # Commands that write one file in the end.
 SHORT = {
@@ -68,7 +80,13 @@ SHORT = {
                "--export-points", "place/f.npz"],
     "log": ["play", "video", "--headless", "--log", "place/f.csv"],
     "plot": ["sweep", "r.toml", "--plot", "encoding,psnr", "--out", "place/f.pdf"],
+    "response": ["calibrate-response", "--headless", *PANEL, "--measure", "own.py:light",
+                 "--steps", "9", "--repeats", "2", "--settle", "0", "--out", "place/f.csv"],
+    "encodings": ["bench", "encodings", "own.py:scene", *PANEL, "--out", "place/f.csv"],
+    "rmc": ["bench", "rmc", "own.py:scene", *PANEL, "--frames", "1:2", "--out", "place/f.png"],
 }  # fmt: skip
+LIVE = ["live", "own.py:scene", "--headless", "--loop", "--cgh", "rt", "--compensation", "none",
+        *PANEL, "--log", "place/f.csv"]  # fmt: skip
 quick = [pytest.param("generate", "full"), pytest.param("pattern", "closed")]
 UNPRIVILEGED = ["setpriv", "--bounding-set", "-all"]
 """The superuser writes wherever it likes; without its capabilities it is as anybody."""
@@ -124,16 +142,23 @@ def goes_on(name: str, work: Path) -> None:
     assert not list(work.rglob("*.partial*"))
 
 
-def full(arguments: list[str], work: Path, kilobytes: int) -> tuple[int, str]:
-    """Run a command with a small disk of its own in place of `place`; what it left is in `left`."""
+def full(
+    arguments: list[str], work: Path, kilobytes: int, spare: int = 0, setting: str = ""
+) -> tuple[int, str]:
+    """Run a command with a small disk of its own in place of `place`; what it left is in `left`.
+
+    spare : kilobytes that it holds already; setting : NAME=VALUE for the command
+    """
     script = (
         f"mount -t tmpfs -o size={kilobytes}k none place || exit; "
+        f"head -c {1024 * spare} /dev/zero >place/spare; "
         '"$@" >/dev/null 2>told; status=$?; cp -a place left; exit $status'
     )
     (work / "go").touch()
     # The superuser needs no namespace of users, which a system in a folder does not give.
     apart = ["unshare", "-m" if os.geteuid() == 0 else "-rm"]
-    command = [*apart, "sh", "-c", script, "sh", sys.executable, "-m", "chrmc"]
+    own = ["env", setting] if setting else []
+    command = [*apart, "sh", "-c", script, "sh", *own, sys.executable, "-m", "chrmc"]
     run = subprocess.run(
         [*command, *arguments], cwd=work, env={**os.environ, "PYTHONPATH": str(ROOT)}
     )
@@ -202,7 +227,8 @@ def test_a_file_that_cannot_be_written_is_one_line(name: str, how: str, work: Pa
     arguments = SHORT[name]
     target = work / next(word for word in arguments if word.startswith("place/"))
     if how == "full":
-        status, told = full(arguments, work, 0 if name == "log" else 4)
+        small = name in ("log", "response", "encodings")  # all of it fits a page
+        status, told = full(arguments, work, 4, 4 if small else 0)
         if status == 0:
             return  # it was small enough
         assert status == 2, told
@@ -226,6 +252,72 @@ def test_a_file_that_cannot_be_written_is_one_line(name: str, how: str, work: Pa
     else:
         target.rmdir()
     assert not list(work.rglob("*.partial*"))
+    assert not (work / "measured").exists() or how == "full"  # told before a panel is measured
+
+
+@pytest.mark.long
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("how", ["full", "removed", "SIGINT", "SIGTERM", "SIGHUP", "SIGKILL"])
+def test_a_live_log_is_whole_up_to_its_last_flip(how: str, work: Path) -> None:
+    if how == "full":
+        status, told = full(LIVE, work, 12)
+        assert status == 2 and told.count("\n") == 1, told
+        assert "place/f.csv: no space is left" in told
+        log = work / "left/f.csv"
+    else:
+        process = started(LIVE, work)
+        log = work / "place/f.csv"
+        while not log.exists() or log.read_text().count("\n") < 20:
+            assert process.poll() is None, process.communicate()[1]
+            time.sleep(0.005)
+        if how == "removed":
+            (work / "place").rename(work / "away")
+            process.send_signal(signal.SIGINT)
+            assert "place is gone" in finished(process, work, 2)
+            assert not (work / "place").exists()
+            log = work / "away/f.csv"
+        else:
+            process.send_signal(signal.Signals[how])
+            killed = how == "SIGKILL"
+            told = finished(process, work, -signal.SIGKILL if killed else 130)
+            assert killed or told.endswith("chrmc: interrupted; what was finished is kept\n")
+            assert killed or (work / "place/f.png").stat().st_size > 5000
+    text = log.read_text()
+    assert text.endswith("\n") and text.count("\n") > 10
+    assert {line.count(",") for line in text.splitlines()} == {len(COLUMNS) - 1}
+    assert [int(line.split(",")[0]) for line in text.splitlines()[1:]] == list(
+        range(1, text.count("\n"))
+    )
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_calibration_that_is_ended_leaves_the_one_before(
+    number: signal.Signals, work: Path
+) -> None:
+    arguments = SHORT["response"]
+    finished(started(arguments, work), work, 0)
+    before = (work / "place/f.csv").read_bytes()
+    (work / "measured").unlink()
+    process = started([*arguments, "--settle", "0.5"], work)
+    in_the_middle(process, work, "measured")
+    process.send_signal(number)
+    finished(process, work, 130 if number != signal.SIGKILL else -number)
+    assert (work / "place/f.csv").read_bytes() == before
+    assert [p.name for p in (work / "place").iterdir()] == ["f.csv"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("how", ["full", "closed"])
+def test_rates_that_cannot_be_kept_are_not_said_to_be(how: str, work: Path) -> None:
+    cache = f"XDG_CACHE_HOME={work / 'place'}"
+    if how == "full":
+        status, told = full(["calibrate"], work, 4, 4, cache)
+        assert status == 2 and told.count("\n") == 1 and "rates-" in told, told
+        return
+    (work / "place").chmod(0o555)
+    process = started(["calibrate"], work, *UNPRIVILEGED[: 3 * (os.geteuid() == 0)], "env", cache)
+    assert "place" in finished(process, work, 2)
 
 
 @pytest.mark.long
