@@ -156,6 +156,7 @@ def make_series(
     kernel: Kernel,
     tolerance: float,
     most: float = MOST_SAMPLES,
+    steepest: Kernel | None = None,
 ) -> Series | None:
     """The shortest `Series` with a relative rms remainder below `tolerance`; None when too long.
 
@@ -163,9 +164,11 @@ def make_series(
     box : (3, 2) the points' range
     kernel : the function to expand
     most : samples of it that may be taken
+    steepest : a function that takes as many samples, where the slopes of this one tell nothing, as
+        when it passes through 0
     """
     ranges = [x_range, y_range, *((float(low), float(high)) for low, high in box)]
-    counts = _sample_counts(ranges, kernel, tolerance)
+    counts = _sample_counts(ranges, steepest or kernel, tolerance)
     if np.prod(counts, dtype=float) > min(most, MOST_SAMPLES):
         return None
     grids = [

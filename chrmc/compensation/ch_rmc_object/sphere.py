@@ -2,7 +2,7 @@
 
 A part of the object (a box of its points) has a centre b and its light exp(ikr)/r·m, r the
 distance from b. A rotation of the object only turns directions; m changes slowly with range, like
-k·Δ²/(2r) for a point Δ from the centre, so a few layers, interpolated in 1/r, hold it at all
+k·Δ²/(2r) for a point Δ from the centre, so a few layers, polynomials of 1/r, hold it at all
 ranges. Small parts have a small bandwidth: together they need as many places as the whole, but
 every point is summed at those of its own part only.
 
@@ -18,17 +18,13 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.interface import (
-    Series,
-    in_parallel,
-    make_series,
-)
-from chrmc.compensation.ch_rmc_object.chart import path
+from chrmc.cgh.curved.interface import Series, in_parallel
+from chrmc.compensation.ch_rmc_object.chart import Place, path
 from chrmc.compensation.ch_rmc_object.grid import SHARE, Grid
+from chrmc.compensation.ch_rmc_object.layers import layer_series, middle_range, polynomials
 from chrmc.compensation.ch_rmc_object.sums import (
     batches_of,
     cycles_of,
-    lagrange,
     phase_table,
     product_of,
     weighed,
@@ -88,7 +84,8 @@ class Sphere:
         self._wavelength, self._tolerance = wavelength, tolerance
         self._real: type[np.floating] = np.float32 if tolerance >= _SINGLE else np.float64
         self._complex = np.result_type(self._real, np.complex64)
-        shape = (len(centres), len(grid.layers), grid.count[1], grid.count[0])
+        # The layers of a place side by side: they are read together.
+        shape = (len(centres), grid.count[1], grid.count[0], len(grid.layers))
         self._values = np.zeros(shape, dtype=self._complex)
         self._tiles: dict[tuple[int, int], _Tile] = {}
         self._power = points.amplitude**2
@@ -147,25 +144,22 @@ class Sphere:
             raise NotCovered
         self._ensure(slice(low, high), slice(int(first.min()), int(first.max()) + rows), visible)
         number = np.arange(len(self.centres))[:, None, None]
-        by_layer = lagrange(grid.layers, 1 / r_at)
+        by_layer = polynomials(grid.layers, grid.span, 1 / r_at)
         out = np.empty(place.shape, dtype=self._complex)
-        flat = self._values.reshape(-1)
+        flat = self._values.reshape(-1, len(by_layer))
         across, down = grid.count
 
         def some(columns: slice) -> None:
-            lines: NDArray[np.complexfloating] | None = None
-            for layer, part in enumerate(by_layer):
-                line = (number * len(by_layer) + layer) * down + at[:, None, :]
-                one = weighed(flat, line * across + start[:, columns], weight[:, columns])
-                if len(by_layer) > 1:
-                    one *= part[:, columns].astype(self._real)
-                lines = one if lines is None else lines + one
-            assert lines is not None
+            line = number * down + at[:, None, :]
+            both = weighed(flat, line * across + start[:, columns], weight[:, columns])
+            lines = both[..., 0]
+            for layer in range(1, len(by_layer)):
+                lines = lines + both[..., layer] * by_layer[layer][:, columns].astype(self._real)
             own, by = taps.weights(place[:, columns])
             line = number * lines.shape[1] + np.arange(lines.shape[1])[:, None]
             out[:, columns] = weighed(
-                lines.reshape(-1), line * rows + own - first[:, None, None], by
-            )
+                lines.reshape(-1, 1), line * rows + own - first[:, None, None], by
+            )[..., 0]
 
         cuts = np.linspace(0, len(x), min(len(x), 4) + 1).astype(int)
         in_parallel(some, [slice(a, b) for a, b in pairwise(cuts)])
@@ -206,7 +200,7 @@ class Sphere:
                     self._add(tile, change, np.where(visible[change], 1.0, -1.0))
                     tile.held = visible.copy()
                 return
-        self._values[:, :, tile.beta, tile.alpha] = 0
+        self._values[:, tile.beta, tile.alpha] = 0
         every = np.flatnonzero(visible)
         if not self._transform(tile, every):
             self._add(tile, every, np.ones(len(every)))
@@ -221,12 +215,12 @@ class Sphere:
         points = replace(points, positions=points.positions - self.centres[0])
         alpha, beta, _, _ = self._middle(tile)
         aim = SHARE * self._tolerance
-        for layer, s in enumerate(self.grid.layers):
-            made = transformed_tile(points, (alpha, beta), float(1 / s), self._wavelength, aim)
-            if made is None:
-                return False
-            self._values[0, layer, tile.beta, tile.alpha] = made[0]
-            self.dropped = max(self.dropped, made[1])
+        made = transformed_tile(points, (alpha, beta), self.grid.layers, self._wavelength, aim)
+        if made is None:
+            return False
+        for layer, values in enumerate(made[0]):
+            self._values[0, tile.beta, tile.alpha, layer] = values
+        self.dropped = max(self.dropped, made[1])
         return True
 
     def _add(self, tile: _Tile, index: NDArray[np.intp], sign: Floats) -> None:
@@ -235,53 +229,52 @@ class Sphere:
             return
         order = np.argsort(self._part[index], kind="stable")
         index, sign = index[order], sign[order]
-        for number, s in enumerate(self.grid.layers):
-            if len(tile.rests) <= number:
-                tile.rests.append(self._rest(tile, float(1 / s)))
+        if not tile.rests:
+            tile.rests = self._rests(tile)
         batches = batches_of(self._part[index])
-        tasks = [(layer, runs) for runs in batches for layer in range(len(self.grid.layers))]
-        waiting: dict[int, NDArray[np.complexfloating]] = {}
+        waiting: dict[int, list[NDArray[np.complexfloating]]] = {}
         due = 0
         lock = Lock()
 
         def add_some(number: int) -> None:
             nonlocal due
-            layer, runs = tasks[number]
+            runs = batches[number]
             some = np.concatenate([np.arange(run.start, run.stop) for run in runs])
-            total = self._sum(tile, layer, index[some], sign[some], runs)
+            total = self._sum(tile, index[some], sign[some], runs)
             with lock:
                 # In the tasks' order, whichever is done first: the last bits depend on it.
                 waiting[number] = total
                 while due in waiting:
-                    layer, runs = tasks[due]
-                    where = self._part[index[[run.start for run in runs]]]
-                    for part, one in zip(where.tolist(), waiting.pop(due), strict=True):
-                        self._values[part, layer, tile.beta, tile.alpha] += one
+                    where = self._part[index[[run.start for run in batches[due]]]]
+                    for layer, ones in enumerate(waiting.pop(due)):
+                        for part, one in zip(where.tolist(), ones, strict=True):
+                            self._values[part, tile.beta, tile.alpha, layer] += one
                     due += 1
 
-        in_parallel(add_some, range(len(tasks)))
+        in_parallel(add_some, range(len(batches)))
 
     def _sum(
-        self, tile: _Tile, layer: int, index: NDArray[np.intp], sign: Floats, runs: list[slice]
-    ) -> NDArray[np.complexfloating]:
-        """(runs, n_β, n_α) waves of points on a tile, each run for itself.
+        self, tile: _Tile, index: NDArray[np.intp], sign: Floats, runs: list[slice]
+    ) -> list[NDArray[np.complexfloating]]:
+        """Of each layer (runs, n_β, n_α) waves of points on a tile, each run for itself.
 
         runs : lengths of the runs of `index`, as slices
         """
         local = self._points.positions[index] - self.centres[self._part[index]]
         strength = sign * self._points.amplitude[index]
-        series, weights = tile.rests[layer]
-        across, down = self._tables(
-            tile, float(1 / self.grid.layers[layer]), local, self._points.phase[index] / (2 * pi)
-        )
-        scale = (series.at_points(local) * strength).astype(self._real)
+        across, down = self._tables(tile, local, self._points.phase[index] / (2 * pi))
         # Runs side by side, filled up to the longest with points of no strength.
         lengths = np.array([run.stop - run.start for run in runs])
         first = np.cumsum(lengths) - lengths
         place = np.arange(lengths.max())
         filled = place < lengths[:, None]
         pick = np.where(filled, first[:, None] + place, 0)
-        return product_of(across[:, pick], down[:, pick], scale[:, pick] * filled, weights)
+        across, down = across[:, pick], down[:, pick]
+        out = []
+        for series, weights in tile.rests:
+            scale = (series.at_points(local) * strength).astype(self._real)
+            out.append(product_of(across, down, scale[:, pick] * filled, weights))
+        return out
 
     def _middle(self, tile: _Tile) -> tuple[Floats, Floats, Floats, Floats]:
         """α and β of a tile's places and of its middle."""
@@ -290,34 +283,33 @@ class Sphere:
         beta = grid.first[1] + grid.step[1] * np.arange(tile.beta.start, tile.beta.stop)
         return alpha, beta, np.asarray(alpha.mean()), np.asarray(beta.mean())
 
-    def _rest(self, tile: _Tile, r: float) -> tuple[Series, NDArray[np.complexfloating]]:
-        """What the tables leave: its series, and the terms at the tile's places."""
+    def _rests(self, tile: _Tile) -> list[tuple[Series, NDArray[np.complexfloating]]]:
+        """What the tables leave, layer by layer: its series, and the terms at the tile's places."""
         alpha, beta, at_a, at_b = self._middle(tile)
-        wavelength = self._wavelength
+        r = middle_range(self.grid.layers)
 
-        def kernel(
-            a: Floats, b: Floats, px: Floats, py: Floats, pz: Floats
-        ) -> tuple[Floats, Floats]:
-            place = px, py, pz
-            here = path(a, b, place, r)
-            rest = here - path(a, at_b, place, r) - path(at_a, b, place, r)
-            rest += path(at_a, at_b, place, r)
-            return 2 * pi / wavelength * rest, r / (r + here)
+        def rest(a: Floats, b: Floats, place: Place) -> Floats:
+            crossed = path(a, at_b, place, r) + path(at_a, b, place, r)
+            return path(a, b, place, r) + path(at_a, at_b, place, r) - crossed
 
         box = np.stack([-self._half, self._half], axis=1)
-        series = make_series(
-            (float(alpha[0]), float(alpha[-1])), (float(beta[0]), float(beta[-1])), box, kernel,
-            SHARE * self._tolerance,
-        )  # fmt: skip
-        if series is None:
+        ends = (float(alpha[0]), float(alpha[-1])), (float(beta[0]), float(beta[-1]))
+        aim = SHARE * self._tolerance
+        made = layer_series(ends, box, self.grid.layers, rest, self._wavelength, aim)
+        if made is None:
             raise NotCovered
-        self.dropped = max(self.dropped, series.dropped)
-        on_nodes = series.on_nodes(alpha, beta, self._real)
-        terms = [on_nodes.of(term) for term in range(series.terms)]
-        return series, np.stack([real + 1j * imag for real, imag in terms]).astype(self._complex)
+        self.dropped = max(self.dropped, made[1])
+        out = []
+        for series in made[0]:
+            on_nodes = series.on_nodes(alpha, beta, self._real)
+            terms = [on_nodes.of(term) for term in range(series.terms)]
+            values = np.stack([real + 1j * imag for real, imag in terms]).astype(self._complex)
+            out.append((series, values))
+        return out
 
-    def _tables(self, tile: _Tile, r: float, local: Floats, turns: Floats) -> Tables:
+    def _tables(self, tile: _Tile, local: Floats, turns: Floats) -> Tables:
         alpha, beta, at_a, at_b = self._middle(tile)
+        r = middle_range(self.grid.layers)
         x, y, z = (column[:, None] for column in local.T)
         corner = path(at_a, at_b, (x, y, z), r) / self._wavelength
         across = cycles_of(lambda a: path(a, at_b, (x, y, z), r), alpha, at_b, self._wavelength)

@@ -1,6 +1,6 @@
 """Sums of points on a grid of directions: tables of phases along either axis, and their product."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import pairwise
 from math import ceil, log, pi, sqrt
 
@@ -105,30 +105,16 @@ def batches_of(part: NDArray[np.intp]) -> list[list[slice]]:
 def weighed(
     values: NDArray[np.complexfloating], start: NDArray[np.intp], weight: NDArray[np.float32]
 ) -> NDArray[np.complexfloating]:
-    """Σ_k weight_k·values[start + k], over flat values, for starts of any shape."""
+    """(…, K) Σ_n weight_n·values[start + n] of values (M, K), for starts of any shape."""
     real = values.real.dtype
     taps, count = weight.shape[-1], start.size
-    kind = np.int32 if values.size < 2**31 else np.int64
+    kind = np.int32 if len(values) < 2**31 else np.int64
     index = (start.reshape(-1, 1) + np.arange(taps)).astype(kind, copy=False)
     ends = np.arange(0, count * taps + 1, taps, dtype=kind)
     matrix = csr_array(
         (weight.reshape(-1).astype(real, copy=False), index.reshape(-1), ends),
-        shape=(count, values.size),
+        shape=(count, len(values)),
     )
-    # Real weights on real and imaginary parts as two columns: half of a complex product.
-    out = matrix @ values.view(real).reshape(-1, 2)
-    return np.ascontiguousarray(out).view(values.dtype).reshape(start.shape)
-
-
-def lagrange(nodes: Floats, at: Floats) -> Sequence[Floats]:
-    """Weight of each node for polynomial interpolation at places of any shape."""
-    if len(nodes) == 1:
-        return [np.ones(1)]
-    out = []
-    for i, node in enumerate(nodes):
-        weight = np.ones_like(at)
-        for j, other in enumerate(nodes):
-            if i != j:
-                weight *= (at - other) / (node - other)
-        out.append(weight)
-    return out
+    # Real weights on real and imaginary parts as columns: half of a complex product.
+    out = matrix @ values.view(real)
+    return np.ascontiguousarray(out).view(values.dtype).reshape(*start.shape, -1)

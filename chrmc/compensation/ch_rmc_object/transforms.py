@@ -10,8 +10,14 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.interface import bounding_box, in_parallel, make_series, phasors, transformed
+from chrmc.cgh.curved.interface import (
+    bounding_box,
+    in_parallel,
+    phasors,
+    transformed,
+)
 from chrmc.compensation.ch_rmc_object.chart import Floats, Place, path, slopes
+from chrmc.compensation.ch_rmc_object.layers import layer_series, middle_range
 from chrmc.scene.points import PointCloud
 
 TRANSFORMED = 8000
@@ -25,31 +31,33 @@ MOST_TERMS = 60
 def transformed_tile(
     points: PointCloud,
     directions: tuple[Floats, Floats],
-    r: float,
+    layers: Floats,
     wavelength: float,
     tolerance: float,
-) -> tuple[NDArray[np.complexfloating], float] | None:
-    """(n_β, n_α) Σ_j a_j·(r/r_j)·exp(ik(r_j − r) + iφ_j) and its relative error.
+) -> tuple[list[NDArray[np.complexfloating]], float] | None:
+    """Of each layer (n_β, n_α) Σ_j a_j·(r/r_j)·exp(ik(r_j − r) + iφ_j), and the relative error.
 
     points : about the part's centre, in the chart's axes
     directions : α and β
+    layers : 1/r, see `layer_waves`
 
     None where the series is long.
     """
     alpha, beta = directions
     at_a, at_b = (t[len(t) // 2] for t in directions)  # where transforms count from
+    r = middle_range(layers)
+    box = bounding_box(points.positions)
+    ends = (float(alpha[0]), float(alpha[-1])), (float(beta[0]), float(beta[-1]))
 
-    def kernel(a: Floats, b: Floats, px: Floats, py: Floats, pz: Floats) -> tuple[Floats, Floats]:
-        place = px, py, pz
-        here = path(a, b, place, r)
+    def rest(a: Floats, b: Floats, place: Place) -> Floats:
         along_a, along_b = slopes(at_a, at_b, place, r)
-        rest = here - path(at_a, at_b, place, r) - along_a * (a - at_a) - along_b * (b - at_b)
-        return 2 * pi / wavelength * rest, r / (r + here)
+        linear = along_a * (a - at_a) + along_b * (b - at_b)
+        return path(a, b, place, r) - path(at_a, at_b, place, r) - linear
 
-    ends = [(float(t[0]), float(t[-1])) for t in directions]
-    series = make_series(ends[0], ends[1], bounding_box(points.positions), kernel, tolerance)
-    if series is None or series.terms > MOST_TERMS:
+    made = layer_series(ends, box, layers, rest, wavelength, tolerance)
+    if made is None or any(series.terms > MOST_TERMS for series in made[0]):
         return None
+    every, dropped = made
     real: type[np.floating] = np.float32 if tolerance >= _SINGLE else np.float64
     kind = np.result_type(real, np.complex64)
     steps = [(float(t[-1]) - float(t[0])) / max(len(t) - 1, 1) for t in directions]
@@ -64,16 +72,20 @@ def transformed_tile(
             for step, slope in zip(steps, slopes(at_a, at_b, place, r), strict=True)
         ]
         wave = phasors(2 * pi * cycles, points.amplitude[part]).astype(kind)
-        strength = series.at_points(own).astype(real) * wave
-        return transformed(angles, strength, (len(alpha), len(beta)), tolerance)
+        strength = [series.at_points(own).astype(real) * wave for series in every]
+        return transformed(angles, np.concatenate(strength), (len(alpha), len(beta)), tolerance)
 
     runs = [slice(n, n + _AT_ONCE) for n in range(0, len(points), _AT_ONCE)]
     first, *others = in_parallel(some, runs)
     for one in others:
         first += one
-    weights = series.on_nodes(alpha, beta, real)
-    out = np.zeros((len(beta), len(alpha)), dtype=kind)
-    for term, one in enumerate(first):
-        cos, sin = weights.of(term)
-        out += one.T * (cos + 1j * sin)
-    return out, float(np.hypot(series.dropped, tolerance))
+    out = []
+    terms = iter(first)
+    for series in every:
+        weights = series.on_nodes(alpha, beta, real)
+        total = np.zeros((len(beta), len(alpha)), dtype=kind)
+        for term in range(series.terms):
+            cos, sin = weights.of(term)
+            total += next(terms).T * (cos + 1j * sin)
+        out.append(total)
+    return out, float(np.hypot(dropped, tolerance))

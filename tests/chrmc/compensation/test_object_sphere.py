@@ -218,9 +218,9 @@ def test_transforms_give_the_sum_of_many_points_in_a_tile_of_directions(
 ) -> None:
     points = body(3000, (1.6e-3, 7e-4, 8e-4))
     alpha, beta = 0.13 + 3e-4 * np.arange(60), -0.02 + 3e-4 * np.arange(41)
-    made = transformed_tile(points, (alpha, beta), 0.25, WAVELENGTH, tolerance)
+    made = transformed_tile(points, (alpha, beta), np.array([4.0]), WAVELENGTH, tolerance)
     assert made is not None
-    got, missed = made
+    (got,), missed = made
     assert got.dtype == kind and got.shape == (41, 60)
     random = np.random.default_rng(0)
     rows, columns = random.integers(0, 41, 40), random.integers(0, 60, 40)

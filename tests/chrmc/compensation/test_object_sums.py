@@ -77,9 +77,9 @@ def test_batches_hold_every_point_once_in_runs_of_one_part(sizes: list[int], bat
 @pytest.mark.parametrize("kind", [np.complex64, np.complex128])
 def test_weighed_neighbours_are_their_weighted_sums(kind: type) -> None:
     random = np.random.default_rng(2)
-    values = (random.normal(size=50) + 1j * random.normal(size=50)).astype(kind)
+    values = (random.normal(size=(50, 2)) + 1j * random.normal(size=(50, 2))).astype(kind)
     start = random.integers(0, 44, (3, 4))
     weight = random.normal(size=(3, 4, 6)).astype(np.float32)
     found = weighed(values, start, weight)
-    want = np.sum(weight * values[start[..., None] + np.arange(6)], axis=-1)
+    want = np.sum(weight[..., None] * values[start[..., None] + np.arange(6)], axis=-2)
     assert found.dtype == kind and np.abs(found - want).max() < 2e-6
