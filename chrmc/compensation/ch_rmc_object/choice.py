@@ -7,7 +7,7 @@ the same scene is decided the same way on every machine.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
-from math import ceil, pi
+from math import ceil, log10, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from chrmc.cgh.curved.interface import (
     Plane,
     bounding_box,
     cost_of_sums,
+    part_of,
 )
 from chrmc.compensation.ch_rmc_object.chart import View, Views, mean_rotation
 from chrmc.compensation.ch_rmc_object.grid import Grid, make_grid
@@ -42,6 +43,7 @@ _TRANSFORMS = 6.5e9, 9e4  # a fresh sum by non-uniform Fourier transforms, and a
 _TERM = 1.3e8, 4.5e3  # a term of a tile's sum by such transforms, and a point of it
 _PARTS = 1.8  # what parts take beside what is counted: small products wait for memory
 _TERMS = 2.0  # of a tile's series, about
+_LAYER = 0.5  # what a layer of range takes of the first
 _WAIT = 64  # frames until reuse is thought of again, which takes as long as a small frame
 _PAYS = 0.9  # of what afresh takes, up to which looking up is sure to take no longer
 _MOST_PARTS = 64
@@ -99,10 +101,19 @@ def choose(
     obj = plan.obj
     count = len(obj.cloud)
     nodes = len(plan.axes[0].nodes), len(plan.axes[1].nodes)
-    fresh = cost_of_sums(bounding_box(obj.cloud.positions), count, nodes, plane)
-    fresh += _SERIES + _POINT * count
+    box = bounding_box(obj.cloud.positions)
+
+    def summed(nodes: tuple[int, int]) -> float:
+        return cost_of_sums(box, count, nodes, plane) + _SERIES + _POINT * count
+
+    fresh = summed(nodes)
     if count >= MANY_POINTS and not any(plan.from_points):
-        fresh = min(fresh, _TRANSFORMS[0] + _TRANSFORMS[1] * count)
+        digits = _digits(tolerance)
+        fresh = min(fresh, digits**2 * (_TRANSFORMS[0] + _TRANSFORMS[1] * count))
+    # Strips that no filter is good enough for are summed from the points in every frame.
+    soft_x, soft_y = (len(part_of(axis, True)[1]) for axis in plan.axes)
+    strips = summed((soft_x, nodes[1])) if plan.from_points[0] and soft_x else 0.0
+    strips += summed((nodes[0], soft_y)) if plan.from_points[1] and soft_y else 0.0
     best = _Way(np.inf, None, _WAIT)
     parts: Parts = (1, 1, 1)
     for frames in _lengths(len(poses)):
@@ -122,7 +133,7 @@ def choose(
             grid = make_grid(half, view, _width(views), plane.wavelength, tolerance)
             if np.prod(parts) * len(grid.layers) * grid.count[0] * grid.count[1] > most:
                 return np.inf
-            return _cost(grid, views, count, parts, nodes, half, plan, turned)
+            return strips + _cost(grid, views, count, parts, half, plan, turned)
 
         least, parts = _cheapest(cost, parts, count)
         # The longest that one chart can hold, if it has to be reuse.
@@ -140,6 +151,11 @@ def choose(
         f"{ratio:.2g} of what it would cost afresh"
     )
     return Choice(best.parts, best.frames, why, fresh, best.cost)
+
+
+def _digits(tolerance: float) -> float:
+    """Digits that are aimed at, over those of 1e-3, at which the counts were measured."""
+    return -log10(tolerance) / 3.15
 
 
 @dataclass(frozen=True)
@@ -234,7 +250,6 @@ def _cost(
     views: Views,
     count: int,
     parts: tuple[int, int, int],
-    nodes: tuple[int, int],
     half: Floats,
     plan: Plan,
     turned: float,
@@ -242,14 +257,15 @@ def _cost(
     """Of a frame, on the average, without what it would cost afresh as well."""
     number = int(np.prod(parts))
     layers, taps = len(grid.layers), grid.taps.count
+    more = 1 + _LAYER * (layers - 1)
     wide, high = grid.tile
     needed, touched = _tiles(grid, views)
     places = number * wide * high
 
     def sums(points: float) -> float:
-        each = _ENTRY * (wide + high) + 4 * _TERMS * wide * high
+        each = _ENTRY * (wide + high) + 4 * more * _TERMS * wide * high
         some = min(1.0, points / number)
-        return layers * (points * each + some * (number * _CALL + _TERMS * _PLACE * places))
+        return points * each + more * some * (number * _CALL + _TERMS * _PLACE * places)
 
     frames = len(views.tilt)
     whole = sums(count) + layers * _SERIES
@@ -258,7 +274,8 @@ def _cost(
         bend = ((wide * grid.step[0]) ** 2 + (high * grid.step[1]) ** 2) / 8
         terms = 5 + 2.5 * 2 * pi / plan.wave.wavelength * float(half[2]) * bend
         if terms <= MOST_TERMS / 2:
-            whole = min(whole, layers * terms * (_TERM[0] + _TERM[1] * count))
+            terms *= more * _digits(plan.aim)
+            whole = min(whole, layers * _SERIES + terms * (_TERM[0] + _TERM[1] * count))
     new = needed * whole / frames
     changed = touched * sums(min(_TURN * turned, 1.0) * count)
     x, y = (len(reading.places) for reading in plan.readings)
@@ -274,7 +291,7 @@ def _cost(
         x, y = few
     # Rows of the grid that a frame reads, about.
     rows = min(grid.count[1], _width(views)[1] / grid.step[1] + taps)
-    look = number * x * (rows * (layers * _TAP * taps + _LOOK) + y * (_TAP * taps + 2 * _LOOK))
+    look = number * x * (rows * (more * _TAP * taps + _LOOK) + y * (_TAP * taps + 2 * _LOOK))
     if number == 1:
         return float(_FRAME + new + 0.5 * changed + look)
     return float(_FRAME + _PARTS * (new + changed + look + carry))
