@@ -52,7 +52,7 @@ class Monitor:
     def __str__(self) -> str:
         label = f"{self.label!r} on " if self.label else ""
         place = f"{self.width} × {self.height} at ({self.x}, {self.y})"
-        return f"{self.index} {label}{self.name!r} {place}"
+        return f"[{self.index}] {label}{self.name!r} {place}"
 
 
 def glfw_ready() -> Any:
@@ -203,10 +203,10 @@ def _by_size(monitors: Sequence[Monitor], slm: SLM, any_size: bool, listing: str
     if fitting:
         raise ValueError(
             f"{len(fitting)} monitors have {slm.width} × {slm.height} pixels: say which with "
-            f"--monitor; there are {listing}"
+            f"--monitor; connected: {listing}"
         )
     raise ValueError(
-        f"no monitor shows the {slm.width} × {slm.height} pixels of {slm.name} (there are "
+        f"no monitor shows the {slm.width} × {slm.height} pixels of {slm.name} (connected: "
         f"{listing}): set the SLM's mode in the system's display settings, or use --windowed or "
         "--headless"
     )
@@ -226,7 +226,7 @@ def _by_name(monitors: Sequence[Monitor], wanted: str, listing: str) -> Monitor:
         return part[0]
     what = f"{len(part)} monitors match" if part else "no monitor matches"
     remedy = "; use an index" if part else ""
-    raise ValueError(f"{what} {wanted!r}: there are {listing}{remedy}")
+    raise ValueError(f"{what} {wanted!r}; connected: {listing}{remedy}")
 
 
 def _mode_remedy(monitor: Monitor, slm: SLM) -> str:

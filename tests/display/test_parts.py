@@ -328,7 +328,7 @@ def test_monitors_are_chosen_by_their_label():
     ("monitors", "wanted", "complaint"),
     [
         ([DESK, PANEL, OTHER], "holoeye", "2 monitors match .*HOLOEYE LC-R.*HOLOEYE PLUTO"),
-        ([DESK, PANEL], "nec", "no monitor matches 'nec': .*DELL.*HOLOEYE"),
+        ([DESK, PANEL], "nec", "no monitor matches 'nec'; connected: .0. 'DELL.*; .1. 'HOLOEYE"),
         ([DESK, PANEL], "7", "no monitor matches '7'"),
         ([DESK, PANEL], "", "no monitor matches"),
         ([DESK, OTHER], "pluto", "1920 × 1080, but .* needs 1920 × 1200: choose another"),
