@@ -20,7 +20,7 @@ from chrmc.generation.recipe import Recipe, recipe_for
 from chrmc.grey_levels import encode, encode_signal
 from chrmc.planning.choice import Choice
 from chrmc.planning.choices import Plan, plan
-from chrmc.planning.rates import BRIEF, Rates, calibrate
+from chrmc.planning.rates import BRIEF, Rates, measured
 from chrmc.reference import reference_samples, relative_error
 from chrmc.scene.load import load_scene
 from chrmc.scene.point_scene import PointScene
@@ -34,7 +34,7 @@ BUDGET = "budget"
 _RIVAL, _RIVALS = 2.0, 2  # how much longer another way may be expected to take, to be measured
 _PIXELS = 200
 _ROOM = 1.3  # of the time measured at one tolerance, given as a budget
-_ROUNDS, _LONG = 3, 4.0  # of the frames, and seconds after which there is no further one
+_ROUNDS, _LONG = 3, 6.0  # of the frames, and seconds after which there is no further one
 _BRIEF = 0.2  # seconds that a plan may take, and one frame's time
 
 
@@ -166,7 +166,7 @@ def rows(case: Case, kept: KeptRows[Row]) -> Iterator[Row]:
     """A scene at each tolerance, then with a budget, then by published video methods; those that
     are kept as they are.
 
-    Rates are measured anew beside it: other programs slow all down, now less and now more.
+    Rates are measured anew beside each: other programs slow all down, now less and now more.
     """
     keys = [f"{tolerance:.0e}" for tolerance in TOLERANCES] + [BUDGET]
     keys += list(COUNTED_WHOLE) if case.published else []
@@ -175,10 +175,11 @@ def rows(case: Case, kept: KeptRows[Row]) -> Iterator[Row]:
         row = kept.of(case.name, key)
         if row is None:
             if scene is None:
-                rates, made = calibrate(BRIEF), case.make()
+                made = case.make()
                 numbers = range(1, min(case.frames, made.frame_count) + 1)
                 scene = KeptFrames(made, numbers)
                 times = _Times(scene, case.slm, numbers)
+            rates = measured(BRIEF)
             if key == BUDGET:
                 at = kept.of(case.name, f"{TOLERANCES[1]:.0e}")
                 assert at is not None

@@ -181,7 +181,7 @@ def cost(
         lookups=float(share @ each) * window.size,
         phasors=4 * built + 5.0 * len(cloud) * sum(window.shape),
         bytes=40.0 * window.size,
-        calls=40.0 * len(cloud) * window.size / _BLOCK + 100.0 * planes,
+        calls=float(np.sum(6 + 34 * share)) * window.size / _BLOCK + 100.0 * planes,
         memory=8.0 * window.size + min(held, float(PFPTable().limit)),
     )
 

@@ -213,7 +213,7 @@ def cost(
     guard: float = 32.0,
     **_: object,
 ) -> OperationCounts:
-    """Patches, and a transform for each plane and one back."""
+    """Patches, and a transform for each plane and one back; ValueError for grids too large."""
     cloud = cloud.select(_reaches(cloud, slm, wavelength, window, passband))
     if len(cloud) == 0:
         return OperationCounts(calls=100.0)
@@ -229,11 +229,12 @@ def cost(
         pad = guard * wavelength / (2 * np.sin(np.arctan(steep)) * slm.pixel_pitch)
         half = away * steep / slm.pixel_pitch + pad
         at = cloud.positions[:, 1 - axis] / slm.pixel_pitch + (slm.shape[axis] - 1) / 2
-        reached = int(at.min() - half.max()), int(at.max() + half.max()) + 1
+        reached = int((at - half).min()), int((at + half).max()) + 1
         spread = path.spread / slm.pixel_pitch
         grid.append(grid_length([reached], (int(pixels[0]), int(pixels[-1]) + 1), spread))
         samples *= 2 * half + 1
         tables += 2 * (min(float(z.max()) * path.slope, path.spread) / slm.pixel_pitch + half.max())
+    _check_grid((grid[0], grid[1]), z, used)
     size = float(grid[0]) * grid[1]
     return OperationCounts(
         phasors=8 * len(cloud) * tables,

@@ -65,7 +65,9 @@ def command(
             f"{choice.memory / 2**20:6.0f} MiB {choice.group:5}"
         )
 
-    click.echo(f"  {'method':38} {'key':>9} {'frame':>9} {'error':>8} {'memory':>10} {'group':>5}")
+    click.echo(
+        f"  {'method':38} {'key frame':>9} {'mean':>9} {'error':>8} {'memory':>10} {'group':>5}"
+    )
     for choice in sorted(found.choices, key=lambda choice: choice.mean):
         click.echo(line(choice))
     for name, how in found.taken.objects.items():

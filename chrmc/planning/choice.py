@@ -128,6 +128,8 @@ def sentence(
     if taken.error is not None:
         said += f", expected error {taken.error:.1e}"
     if not met:
+        if budget is not None and taken.mean <= budget:
+            said += f"; a frame may take {LATE:g} times as long, {spell(LATE * taken.mean)}"
         return f"nothing meets {' and '.join(asked)}; nearest is {said}"
     if tolerance is None:
         return f"{said}, the most accurate within {asked[0]}"
@@ -138,8 +140,10 @@ def sentence(
     if not others:
         return f"{said}, the only way to {asked[0]}"
     other = min(others, key=lambda c: c.mean)
-    against = f"{other} would take {spell(other.mean)}"
-    return f"{said}; of all within {' and '.join(asked)} the cheapest: {against}"
+    within = f"within {' and '.join(asked)}"
+    if other.mean < taken.mean:
+        return f"{said}, {within}; {other} would hardly be quicker: {spell(other.mean)}"
+    return f"{said}, the cheapest {within}; the next is {other}: {spell(other.mean)}"
 
 
 def spell(seconds: float) -> str:

@@ -94,9 +94,7 @@ def _of_cluster(cloud: PointCloud, plane: Plane, tolerance: float, each: float) 
     nodes = len(axes[0].nodes), len(axes[1].nodes)
     if count >= MANY_POINTS:
         total += OperationCounts(phasors=_FILTERS)
-        parts = [_some_edge(axis) for axis in axes]
-        share = min(_MIDDLE * max(part for _, part in parts), 1.0) ** 0.5
-        if readable(some, (parts[0][0], parts[1][0]), reference, plane, share * tolerance):
+        if readable_by_a_part(some, axes, reference, plane, tolerance):
             return total + OperationCounts(
                 phasors=_TRANSFORMED * count, calls=_TRANSFORMS, memory=140.0 * count
             )
@@ -118,6 +116,15 @@ def _of_cluster(cloud: PointCloud, plane: Plane, tolerance: float, each: float) 
     held = len(cloud) / (number * max(1, len(leaf)))
     # Points of a leaf like this one make most of its work.
     return total + one.times(number * min(max(held, 0.5), 2.0))
+
+
+def readable_by_a_part(
+    cloud: PointCloud, axes: Axes, reference: Reference, plane: Plane, tolerance: float
+) -> bool:
+    """Whether filters will do for all edges, as a part of one along each axis tells."""
+    (x, share_x), (y, share_y) = (_some_edge(axis) for axis in axes)
+    share = min(_MIDDLE * max(share_x, share_y), 1.0) ** 0.5
+    return readable(cloud, (x, y), reference, plane, share * tolerance) is not None
 
 
 def _some_edge(axis: Axis) -> tuple[Axis, float]:

@@ -13,6 +13,8 @@ from chrmc.cgh import curved
 from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.band import Grid, band_grid, edge_grid
 from chrmc.cgh.curved.baseband import cluster_axes, levels_for, series_for
+from chrmc.cgh.curved.cost import readable_by_a_part
+from chrmc.cgh.curved.nonuniform import readable
 from chrmc.cgh.curved.taps import fewer, fewer_beyond, taps_for
 from chrmc.encoding import coding_for
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
@@ -177,3 +179,14 @@ def test_sub_clusters_terms_and_levels(
     assert missed <= 0.3001 * tolerance * len(levels) ** 0.5
     sizes = [len(level.axis_x.nodes) * len(level.axis_y.nodes) for level in found]
     assert sizes == sorted(sizes, reverse=True)
+
+
+@pytest.mark.parametrize(("tolerance", "read"), [(1e-2, True), (1e-3, True), (1e-4, False)])
+def test_a_part_of_an_edge_tells_whether_filters_will_do(tolerance: float, read: bool) -> None:
+    cloud = points((2000, (2e-3, 1e-3, 1e-3), (0, 0, 0.25)))
+    window = Window.full(LC_R_1080)
+    plane = curved.plane_of(LC_R_1080, WAVELENGTH, window, coding_for("ssb", LC_R_1080).passband)
+    reference = clusters.reference_of(clusters.bounding_box(cloud.positions), plane)
+    axes = cluster_axes(cloud, reference, plane, tolerance)
+    assert (readable(cloud, axes, reference, plane, tolerance) is not None) == read
+    assert readable_by_a_part(cloud, axes, reference, plane, tolerance) == read
