@@ -103,9 +103,9 @@ def test_ch_rmc_as_published_transforms_what_was_counted(
     for frame in chrmc.video(
         scene, PANEL, cgh="rt", compensation="ch-rmc-paper", coding=coding, frames=(1, 3)
     ):
-        done.clear()
         assert frame.field.any()
         sums.append(sum(done))
+        done.clear()
     assert 0.5 < found.later.transforms / np.mean(sums[1:]) < 2
 
 
