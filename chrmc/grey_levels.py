@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from chrmc.encoding import Coding, coding_for
 from chrmc.panels import encoding_for
+from chrmc.parallel import in_parallel
 from chrmc.ranges import real
 from chrmc.response import GreyResponse
 from chrmc.scene.scene import Scene
@@ -195,20 +196,26 @@ def encode_signal(
     half = np.float32(127.5 if lookup is None else (len(lookup) - 1) / 2)
     factor = np.float32(half / scale)
     frame = np.empty(signal.shape, dtype=np.uint8)
-    work = np.empty((_BLOCK, signal.shape[1]), dtype=np.float32)
-    for row in range(0, len(signal), _BLOCK):
-        source = signal[row : row + _BLOCK]
-        if not np.isfinite(source.sum()) and not np.isfinite(source).all():
-            raise ValueError(f"signal has NaN or infinite pixels from row {row} on")
-        level = source if in_place else work[: len(source)]
-        np.multiply(source, factor, out=level)
-        level += half
-        np.clip(level, 0, 2 * half, out=level)
-        np.rint(level, out=level)
-        if lookup is None:
-            frame[row : row + _BLOCK] = level
-        else:
-            np.take(lookup, level.astype(np.int32), out=frame[row : row + _BLOCK])
+
+    def encode_rows(part: range) -> None:
+        work = np.empty((_BLOCK, signal.shape[1]), dtype=np.float32)
+        for row in part:
+            source = signal[row : row + _BLOCK]
+            if not np.isfinite(source.sum()) and not np.isfinite(source).all():
+                raise ValueError(f"signal has NaN or infinite pixels from row {row} on")
+            level = source if in_place else work[: len(source)]
+            np.multiply(source, factor, out=level)
+            level += half
+            np.clip(level, 0, 2 * half, out=level)
+            np.rint(level, out=level)
+            if lookup is None:
+                frame[row : row + _BLOCK] = level
+            else:
+                np.take(lookup, level.astype(np.int32), out=frame[row : row + _BLOCK])
+
+    rows = range(0, len(signal), _BLOCK)
+    half_way = len(rows) // 2
+    in_parallel(encode_rows, [rows[:half_way], rows[half_way:]])
     return frame
 
 

@@ -16,9 +16,9 @@ from chrmc.bench.kept import KeptFrames
 from chrmc.bench.rivals import corrected_signal
 from chrmc.cgh import curved
 from chrmc.cgh.curved.assembly import row_runs
-from chrmc.cgh.curved.parallel import in_parallel
 from chrmc.encoding import Coding, coding_for
 from chrmc.optics.footprint import reach
+from chrmc.parallel import in_parallel
 from chrmc.reference import reference_samples
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Scene

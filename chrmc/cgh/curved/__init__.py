@@ -40,7 +40,6 @@ from chrmc.cgh.curved.direct import (
     rounding_of,
 )
 from chrmc.cgh.curved.nodes import Line
-from chrmc.cgh.curved.parallel import alone, in_parallel
 from chrmc.cgh.curved.predict import Budget, error_allowed
 from chrmc.cgh.curved.rays import by_rays, rays_pay
 from chrmc.cgh.curved.verify import SURE, look
@@ -49,6 +48,7 @@ from chrmc.cgh.method import CGHMethod
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import reach
 from chrmc.optics.passband import Passband
+from chrmc.parallel import alone, in_parallel
 from chrmc.ranges import real
 from chrmc.scene.points import PointCloud
 from chrmc.slm import SLM

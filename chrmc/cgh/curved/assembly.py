@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.nodes import Axis, Block
-from chrmc.cgh.curved.parallel import in_parallel, run_all
 from chrmc.cgh.curved.wave import Reference
+from chrmc.parallel import in_parallel, run_all
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]

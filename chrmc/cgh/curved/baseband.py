@@ -18,7 +18,6 @@ from chrmc.cgh.curved.assembly import Factor, add_field, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Needs, axis_behind, make_axis
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, nonuniform_baseband
-from chrmc.cgh.curved.parallel import in_parallel, run_all
 from chrmc.cgh.curved.predict import Budget, expected_error, light_of
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.tables import (
@@ -30,6 +29,7 @@ from chrmc.cgh.curved.tables import (
     table_pieces,
 )
 from chrmc.cgh.curved.wave import Reference, Wave, by_curvature, phasor
+from chrmc.parallel import in_parallel, run_all
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]

@@ -7,9 +7,9 @@ from math import pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.parallel import in_parallel
 from chrmc.cgh.curved.wave import phasor
 from chrmc.optics.footprint import taper
+from chrmc.parallel import in_parallel
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]

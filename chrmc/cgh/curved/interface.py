@@ -35,12 +35,12 @@ from chrmc.cgh.curved.cost import cost_of, pixels_from, some_of
 from chrmc.cgh.curved.edge import Reading, readings_of
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, transformed
-from chrmc.cgh.curved.parallel import alone, in_parallel
 from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.taps import Taps, fewer, fewer_beyond, taps_for
 from chrmc.cgh.curved.verify import SURE, light_kept, measured_error, waves_looked_at
 from chrmc.cgh.curved.wave import Kernel, Reference, Wave, axis_cycles, phasor, phasors
+from chrmc.parallel import alone, in_parallel
 
 __all__ = [
     "MANY_POINTS",

@@ -18,10 +18,10 @@ from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.edge import Readings, readings_of
 from chrmc.cgh.curved.nodes import Axis, Line
-from chrmc.cgh.curved.parallel import in_parallel
 from chrmc.cgh.curved.series import Remainder, make_series
 from chrmc.cgh.curved.taps import Taps, taps_for
 from chrmc.cgh.curved.wave import Reference, by_curvature, phasors
+from chrmc.parallel import in_parallel
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from chrmc.cgh.curved.assembly import reference_cycles
 from chrmc.cgh.curved.direct import weighted_waves
 from chrmc.cgh.curved.nodes import Axis
-from chrmc.cgh.curved.parallel import run_all
 from chrmc.cgh.curved.series import OnNodes, Series
 from chrmc.cgh.curved.wave import Wave, by_curvature, phase_table, phasor
 from chrmc.optics.footprint import taper
+from chrmc.parallel import run_all
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]

@@ -15,16 +15,18 @@ from numpy.typing import NDArray
 from chrmc.cgh.curved.assembly import Factor, reference_cycles
 from chrmc.cgh.curved.direct import field_at
 from chrmc.cgh.curved.nodes import Axis, Line
-from chrmc.cgh.curved.parallel import alone, in_parallel
 from chrmc.cgh.curved.predict import ROUNDING
 from chrmc.cgh.curved.wave import phasor
+from chrmc.parallel import alone, in_parallel
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-_LINES = 28  # rows, and columns, of the lattice that pixels are drawn from, about
-_LEAST = 6  # of them in each run of an axis: edges are narrow
+# Rows, and columns, of the lattice that pixels are drawn from, about; and how many at least in each
+# run of an axis: edges are narrow.
+_LINES = 28, 6
+_FEW_LINES = 14, 4  # the same where only lights are compared
 _MOST = 128  # pixels that are drawn: few where points are many
 _FOR_DIGIT = 2  # of them at least for each digit asked for: such frames take longer
 _WAVES = 20_000  # points times pixels, about
@@ -148,17 +150,23 @@ def look(
 def light_kept(factors: Sequence[Factor], lines: tuple[Line, Line], wavelength: float) -> float:
     """Light of the sum of some factors over the sum of their lights, on some pixels: far below 1
     where they cancel."""
-    lattice, parts = _lattice(factors, lines, wavelength)
+    lattice, parts = _lattice(factors, lines, wavelength, _FEW_LINES)
     return float(lattice.power.sum()) / parts if parts > 0 else 1.0
 
 
 def _lattice(
-    factors: Sequence[Factor], lines: tuple[Line, Line], wavelength: float
+    factors: Sequence[Factor],
+    lines: tuple[Line, Line],
+    wavelength: float,
+    count: tuple[int, int] = _LINES,
 ) -> tuple[Lattice, float]:
-    """The sum of some factors on a lattice, and the sum of their lights there."""
+    """The sum of some factors on a lattice, and the sum of their lights there.
+
+    count : of its lines, in all and at least in each run
+    """
     random = np.random.default_rng(0)
-    columns = _picked([factor.axis_x for factor in factors], random)
-    rows = _picked([factor.axis_y for factor in factors], random)
+    columns = _picked([factor.axis_x for factor in factors], random, count)
+    rows = _picked([factor.axis_y for factor in factors], random, count)
     read = partial(_read, rows=rows[0], columns=columns[0], lines=lines, wavelength=wavelength)
     values = in_parallel(read, factors)
     lattice = Lattice(rows, columns, np.sum(values, axis=0))
@@ -187,7 +195,9 @@ def field_error(
     return lattice.error(exact, lines, len(cloud), tolerance, 0.0)
 
 
-def _picked(axes: Sequence[Axis], random: np.random.Generator) -> tuple[NDArray[np.intp], Floats]:
+def _picked(
+    axes: Sequence[Axis], random: np.random.Generator, lines: tuple[int, int] = _LINES
+) -> tuple[NDArray[np.intp], Floats]:
     """Targets, some from every run of every axis, and how many each stands for."""
     spans = [
         (blocks[0].targets.start, blocks[-1].targets.stop)
@@ -205,7 +215,7 @@ def _picked(axes: Sequence[Axis], random: np.random.Generator) -> tuple[NDArray[
     picks, weights = [np.zeros(0, dtype=np.intp)], [np.zeros(0)]
     for start, stop in lit:
         size = stop - start
-        count = min(size, max(_LEAST, round(_LINES * size / total)))
+        count = min(size, max(lines[1], round(lines[0] * size / total)))
         if count == size:
             picks.append(np.arange(start, stop))
             weights.append(np.ones(size))

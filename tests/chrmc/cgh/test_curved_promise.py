@@ -8,10 +8,10 @@ import pytest
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_info
 
-from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud, compute_field
+from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud, compute_field, parallel
 from chrmc.cgh import curved, field_and_error, rt
 from chrmc.cgh.counts import STATED
-from chrmc.cgh.curved import parallel, predict, verify
+from chrmc.cgh.curved import predict, verify
 from chrmc.cgh.curved.baseband import cluster_axes
 from chrmc.cgh.curved.clusters import bounding_box, reference_of
 from chrmc.cgh.curved.direct import rounding_of
