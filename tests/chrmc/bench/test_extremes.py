@@ -115,6 +115,8 @@ def test_cases_that_do_not_end_are_ended_and_the_next_one_is_tried(tmp_path: Pat
     own.write_text(
         "import os, time\n"
         "def endless(*given): time.sleep(100)\n"
+        "def busy(*given):\n"
+        "    while True: pass\n"
         "def dead(*given): os._exit(3)\n"
         "def raising(*given): raise KeyError('x')\n"
         "def infinite(cloud, slm, *rest):\n"
@@ -123,11 +125,12 @@ def test_cases_that_do_not_end_are_ended_and_the_next_one_is_tried(tmp_path: Pat
     )
     with Worker() as worker:
         for name, fault in (
-            ("endless", "ended after 1 s"), ("dead", "status 3"), ("raising", "KeyError"),
-            ("infinite", "not finite"),
+            ("endless", "ended after 1 s, 0 of"), ("busy", "ended after "), ("dead", "status 3"),
+            ("raising", "KeyError"), ("infinite", "not finite"),
         ):  # fmt: skip
             case = replace(plain(3), method=f"{own}:{name}")
-            assert fault in worker.run(case, 1 / extremes.limit(case)).fault
+            found = worker.run(case, 1 / 3 / extremes.limit(case))
+            assert fault in found.fault and found.seconds < 5, found
         assert not worker.run(plain(3)).fault
     slow = extremes.Outcome(plain(3), error=1e-9, cpu=1 + extremes.limit(plain(3)))
     assert "processor seconds" in extremes.judged(slow).fault
