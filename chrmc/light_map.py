@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from chrmc.interference import light_left
 from chrmc.optics.passband import Passband
 from chrmc.optics.resolution import depth_of_focus, resolution
-from chrmc.scene.points import PointCloud
+from chrmc.scene.points import FARTHEST, PointCloud
 from chrmc.slm import SLM
 
 RESOLUTIONS = 4.0
@@ -164,7 +164,7 @@ class LightMap:
             raise ValueError("an object's map of light cannot be read (its values)")
         depth = near + levels[1] * (far - near)
         if layers is not None:
-            if not (0 < ends[0] < ends[1] < float("inf")):
+            if not 0 < ends[0] < ends[1] < FARTHEST:
                 raise ValueError("an object's map of light cannot be read (its layers)")
             layers = layers / np.maximum(layers.sum(axis=0), 1e-9)
         return cls(cell, (y, x), light / light.sum(), depth, levels[2] * widest, layers, ends)
