@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 
 def profile_likeness(
     cells: Cells, expected: LightMap, depths_of_focus: tuple[float, float]
-) -> Callable[[float, float], Floats]:
+) -> Callable[..., Floats]:
     """A function of the relief's stretch and an offset in depth, metres: (m, n) each cell's light
     times the correlation of its sharpness with that of the scene, so stretched and moved.
 

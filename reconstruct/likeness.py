@@ -21,9 +21,8 @@ from chrmc.light_map import LightMap
 from reconstruct.depth_profile import profile_likeness
 from reconstruct.focus import Cells, refine_peak
 from reconstruct.jackknife import standard_error
+from reconstruct.relief import gain_of_wrong, stretch_of
 
-STRETCHES = np.linspace(-2.0, 4.0, 61)
-"""Factors of the relief that are tried."""
 ALIKE = 0.8
 """Least correlation of the light per cell: right pictures have more, mirrored ones less."""
 RELIEF = 0.4, 2.2
@@ -32,13 +31,12 @@ focus had 0.5 to 1.7, flat ones −0.3 to 0.2. And four standard errors off 1.""
 RELIEF_ERROR = 0.3
 """Standard error of the relief's factor up to which it counts: with more, the object is too shallow
 for its depth of focus, or too dense to be sharp anywhere."""
-GAIN = 2.5
-"""Standard errors by which the cells must tell more at a wrong stretch than at the right one: of
-helices, right ones came to 2.1, flat and inverted ones to 3 and more."""
+GAIN = 2.0
+"""Standard errors by which the cells must tell more at a wrong stretch than at 1: right helices came
+to 1.8, flat and inverted ones to 2.3 and more where they could be told from right ones."""
 SHALLOW = 0.1
 """Least relief, as a standard deviation over the larger depth of focus, of which a factor can be
 told: that of a car of 0.14 mm at 250 mm is 0.2."""
-_REACH = 10  # stretches to each side of the peak that a parabola is laid through
 FEW_CELLS = 6
 """Objects of fewer lit cells have no shape to judge."""
 CLEAR = 0.2
@@ -61,7 +59,7 @@ class Likeness:
     sharpness : height of that peak over the curve's median, in standard errors
     relief : stretch in depth at which the cells are sharpest; NaN where nothing can be told
     relief_error : its standard error
-    relief_gain : standard errors by which the cells tell more at that stretch than at 1
+    relief_gain : standard errors by which the cells tell more at a wrong stretch than at 1
     """
 
     told: bool
@@ -77,8 +75,15 @@ class Likeness:
 
     @property
     def relief_known(self) -> bool:
-        """Whether the relief can be told from a flat one."""
-        return self.relief_error < RELIEF_ERROR
+        """Whether it can be told from a flat one; where it is off, from the right one."""
+        return self.relief_error < RELIEF_ERROR and (
+            not self._relief_off or self.relief_gain > GAIN
+        )
+
+    @property
+    def _relief_off(self) -> bool:
+        far = abs(self.relief - 1) > 4 * self.relief_error
+        return far and not RELIEF[0] <= self.relief <= RELIEF[1]
 
     @property
     def faults(self) -> list[str]:
@@ -86,8 +91,7 @@ class Likeness:
         found = []
         if self.told and self.picture < ALIKE:
             found.append(f"the picture is not the scene's (correlation {self.picture:.2f})")
-        sure = self.relief_known and abs(self.relief - 1) > 4 * self.relief_error
-        if sure and self.relief_gain > GAIN and not RELIEF[0] <= self.relief <= RELIEF[1]:
+        if self.relief_known and self._relief_off:
             kind = "inverted" if self.relief < -0.5 else "flat" if self.relief < 0.5 else "wrong"
             found.append(f"its relief is {kind} ({self.relief:.1f} of the scene's)")
         return found
@@ -142,7 +146,10 @@ def compare(
     factor, scatter, gain = float("nan"), float("inf"), 0.0
     # Cells that hardly tell the depth (see `outline`) do not tell the relief.
     if clear and size > SHALLOW * depth_of_focus and height >= 2 * SHARP:
-        factor, scatter, gain = _stretch(lambda stretch: how_deep(stretch, shift), light)
+        factor, scatter = stretch_of(partial(how_deep, offset=shift), light)
+        # What overlaps may look alike at two stretches.
+        mixed = expected.layers is not None
+        gain = gain_of_wrong(partial(how_deep, offset=shift), light) if mixed else float("inf")
     return Likeness(
         told,
         correlation(found, light),
@@ -241,7 +248,7 @@ def _sharpness(
     middle: float,
     relief: NDArray[np.float64],
     weight: NDArray[np.float64],
-) -> Callable[[float, float], NDArray[np.float64]]:
+) -> Callable[..., NDArray[np.float64]]:
     """A function of the relief's stretch and an offset in depth: (m, n) each cell's weight times
     its sharpness there over its median."""
     sharp = cells.sharpness / np.maximum(np.median(cells.sharpness, axis=0), 1e-300)
@@ -268,46 +275,6 @@ def _peak(
     height = (value - float(np.median(curve))) / error if error > 0 else 0.0
     scatter = standard_error(per_cell, weight > 0, lambda c: refine_peak(offsets, c))
     return _Peak(offset, scatter, float(height), value)
-
-
-def _stretch(
-    at: Callable[[float], NDArray[np.float64]], light: NDArray[np.float64]
-) -> tuple[float, float, float]:
-    """The stretch at which the cells tell most, and its standard error.
-
-    The larger of two: by the scatter of the cells' slopes there and the bend of their mean
-    (sandwich formula), which takes cells for independent and the peak for a parabola; and by
-    leaving out a sixteenth of the picture at a time (jackknife), which does not. And how many
-    standard errors more the cells tell there than at 1.
-    """
-    per_cell = np.array([at(g) for g in STRETCHES])
-    curve = per_cell.sum(axis=(1, 2))
-    factor, bend, part = _top(curve)
-    if not bend < 0:
-        return factor, float("inf"), 0.0
-    g = STRETCHES[part] - STRETCHES[int(curve.argmax())]
-    slopes = np.polyfit(g, per_cell[part].reshape(len(g), -1), 2)[1]
-    scatter = sqrt(float(((slopes - slopes.mean()) ** 2).sum())) / abs(2 * bend)
-    jackknife = standard_error(per_cell, light > 0, lambda c: _top(c)[0])
-    more = np.array([at(factor) - at(1.0), light])
-    surely = standard_error(more, light > 0, lambda c: c[0] / c[1])
-    gain = float(more[0].sum() / more[1].sum()) / surely if surely > 0 else 0.0
-    return factor, max(scatter, jackknife), gain
-
-
-def _top(curve: NDArray[np.float64]) -> tuple[float, float, slice]:
-    """The stretch of a curve's peak, the bend there (not negative for none), and the part of the
-    curve that was fitted."""
-    top = int(curve.argmax())
-    # A wide parabola through the peak: narrow ones follow single cells.
-    part = slice(max(top - _REACH, 0), top + _REACH + 1)
-    if top in (0, len(curve) - 1):
-        return float(STRETCHES[top]), 0.0, part
-    bend, slope, _ = np.polyfit(STRETCHES[part] - STRETCHES[top], curve[part], 2)
-    if bend >= 0:
-        return float(STRETCHES[top]), float(bend), part
-    factor = STRETCHES[top] - slope / (2 * bend)
-    return float(np.clip(factor, STRETCHES[0], STRETCHES[-1])), float(bend), part
 
 
 def _slices(
