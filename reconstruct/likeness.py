@@ -32,8 +32,8 @@ RELIEF_ERROR = 0.3
 """Standard error of the relief's factor up to which it counts: with more, the object is too shallow
 for its depth of focus, or too dense to be sharp anywhere."""
 GAIN = 2.0
-"""Standard errors by which the cells must tell more at a wrong stretch than at 1: right helices came
-to 1.8, flat and inverted ones to 2.3 and more where they could be told from right ones."""
+"""Standard errors by which cells must tell more at a wrong stretch than at 1: right helices came to
+1.8, flat and inverted ones to 2.3 and more where they could be told from right ones."""
 SHALLOW = 0.1
 """Least relief, as a standard deviation over the larger depth of focus, of which a factor can be
 told: that of a car of 0.14 mm at 250 mm is 0.2."""
