@@ -51,7 +51,7 @@ def test_within_a_factor_of_three(name: str, options: dict[str, Any], place: str
 def test_steep_waves_are_summed_in_double() -> None:
     fine, band = chrmc.SLM("fine", 1500, 1200, 1e-6), Passband(4.9e5, 4.9e5)
     random = np.random.default_rng(1)
-    positions = random.uniform(-1e-4, 1e-4, (4, 3)) + [0, 0, 5e-3]
+    positions = random.uniform([-1e-4, -1e-4, 4.9e-3], [1e-4, 1e-4, 5.1e-3], (4, 3))
     cloud = chrmc.PointCloud(positions, np.ones(4), np.zeros(4))
     expected = expected_error(method_named("rt"), cloud, fine, 532e-9, band)
     field = chrmc.compute_field(cloud, fine, 532e-9, "rt", passband=band)
