@@ -37,10 +37,25 @@ def test_a_dark_field_is_mid_grey_and_a_dark_scale_takes_no_light_at_all() -> No
         encode_signal(signal, 0.0)
 
 
-@pytest.mark.parametrize("scale", [-1.0, 1e-40, 1e40, np.inf, np.nan])
+@pytest.mark.parametrize("scale", [-1.0, 1e-40, 0.9e-30, 1.1e30, 1e40, np.inf, np.nan])
 def test_a_scale_that_can_be_none_is_refused(scale: float) -> None:
     with pytest.raises(ValueError, match="scale"):
         encode_signal(np.ones(PANEL.shape, dtype=np.float32), scale)
+
+
+@pytest.mark.parametrize("scale", [1e-30, 1e30])
+def test_the_smallest_and_the_largest_scale_are_taken(scale: float) -> None:
+    signal = np.full(PANEL.shape, 0.5 * scale, dtype=np.float32)
+    assert np.all(encode_signal(signal, scale) == np.rint(0.75 * 255))
+
+
+def test_light_whose_sum_no_single_number_holds_is_no_infinite_light() -> None:
+    signal = np.full(PANEL.shape, 1e37, dtype=np.float32)
+    with np.errstate(over="ignore"):
+        assert np.all(encode_signal(signal, 1e30) == 255)
+    signal[7, 3] = np.inf
+    with pytest.raises(ValueError, match="NaN or infinite"), np.errstate(over="ignore"):
+        encode_signal(signal, 1e30)
 
 
 @pytest.mark.parametrize("kind", [object, "U1", bool])

@@ -10,6 +10,7 @@ from chrmc.cgh.curved.interface import fewer, plane_of, reference_cycles, taps_f
 from chrmc.compensation.ch_rmc_object.chart import path
 from chrmc.compensation.ch_rmc_object.group import Group, cut
 from chrmc.compensation.ch_rmc_object.plan import Plan, outline_of, planned
+from chrmc.compensation.ch_rmc_object.sphere import NotCovered
 from chrmc.compensation.ch_rmc_object.transforms import transformed_tile
 from chrmc.encoding import coding_for
 from chrmc.reference import relative_error
@@ -99,6 +100,39 @@ def test_the_path_has_no_cancellation() -> None:
     gamma = np.sqrt(1 - alpha**2 - beta**2)
     first_order = -(place[0] * alpha + place[1] * beta - place[2] * gamma)
     assert path(alpha, beta, place, r) == pytest.approx(first_order, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("turn", "depth"),
+    [
+        ((0.06, 0, 0), 0.2), ((-0.06, 0, 0), 0.2), ((0, 0.06, 0), 0.2), ((0, -0.06, 0), 0.2),
+        ((0, 0, 0), 0.15), ((0, 0, 0), 0.25),
+    ],
+    ids=["down", "up", "left", "right", "nearer", "farther"],
+)  # fmt: skip
+def test_a_frame_beyond_the_chart_is_said_to_be(
+    turn: tuple[float, float, float], depth: float
+) -> None:
+    """On all sides: what lies beyond is never read from what happens to stand there."""
+    points = body(60, (8e-4, 4e-4, 6e-4))
+    frames = [seen(points, [0, 0, 0], [0, 0, 0.2]), seen(points, [0, 0, 0], [0, 0, 0.201])]
+    window = Window.full(SMALL)
+    plane = plane_of(SMALL, WAVELENGTH, window, coding_for("ssb", SMALL).passband)
+    outline = outline_of(points)
+    first = planned(frames[0], outline, plane.lines, plane, 1e-3)
+    poses = [frame.pose for frame in frames if frame.pose is not None]
+    group = Group(first, outline, poses, (1, 1, 1), plane.lines, plane, 1e-3)
+    visible = np.ones(len(points), dtype=bool)
+    for frame in (*frames, seen(points, list(turn), [0, 0, depth])):
+        plan = planned(frame, outline, plane.lines, plane, 1e-3)
+        x, y = (reading.places for reading in plan.readings)
+        assert frame.pose is not None
+        given = frame.pose, plan.wave.reference, x, y, visible
+        if frame in frames:
+            assert group._plain(*given).shape == (len(x), len(y))
+        else:
+            with pytest.raises(NotCovered):
+                group._plain(*given)
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
