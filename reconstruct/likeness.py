@@ -96,6 +96,13 @@ class Likeness:
             found.append(f"its relief is {kind} ({self.relief:.1f} of the scene's)")
         return found
 
+    @property
+    def doubt(self) -> str:
+        """What cannot be judged though it looks wrong, in words; "" for nothing."""
+        if self.relief_known or not (self.relief_error < RELIEF_ERROR and self._relief_off):
+            return ""
+        return f"its relief cannot be judged (as like at {self.relief:.1f} as at 1)"
+
     def as_dict(self) -> dict[str, Any]:
         """Plain figures."""
         return {
@@ -108,6 +115,7 @@ class Likeness:
             "relief": self.relief,
             "relief_error": self.relief_error,
             "relief_gain": self.relief_gain,
+            "doubt": self.doubt,
         }
 
 

@@ -56,6 +56,8 @@ def table(verdicts: Verdicts) -> Iterator[str]:
                 line += " " + _shape(o)
             if not o.judged:
                 line += f"  cannot be judged: {o.shares.too_little}"
+            elif o.shape is not None and o.shape.doubt:
+                line += f"  {o.shape.doubt}"
             yield line + ("" if o.passed else f"  FAILS: {', '.join(o.faults)}")
         for fault in verdict.faults:
             yield f"{verdict.number:>5}  FAILS: {fault}"

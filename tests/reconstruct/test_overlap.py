@@ -13,7 +13,7 @@ from chrmc.optics.resolution import resolution
 from display import encode
 from reconstruct import FourF
 from reconstruct.focus import cells_of
-from reconstruct.likeness import at_depths, correlation
+from reconstruct.likeness import Likeness, at_depths, correlation
 from reconstruct.region import target_stack
 from reconstruct.verdict import Target, judge_frame
 
@@ -54,6 +54,16 @@ def test_turns_that_overlap_tell_their_depths(stretch, says, random):
     assert found.passed == (not says) and says in "; ".join(found.faults)
     assert found.shape.relief == pytest.approx(stretch, abs=0.2)
     assert abs(found.depth_error) < 0.1e-3
+
+
+@pytest.mark.parametrize(
+    ("relief", "gain", "fails", "doubted"),
+    [(0.0, 4.0, True, False), (0.0, 1.0, False, True), (1.2, 0.0, False, False)],
+)
+def test_a_relief_that_looks_wrong_by_chance_is_doubted(relief, gain, fails, doubted):
+    found = Likeness(True, 0.95, (0.0, 0.0), (), 0.0, 1e-5, 30.0, relief, 0.05, gain)
+    assert bool(found.faults) == fails and bool(found.doubt) == doubted
+    assert found.relief_known == (not doubted)
 
 
 def test_layers_survive_the_record():
