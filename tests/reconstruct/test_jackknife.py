@@ -61,18 +61,18 @@ def scene(seed, number, wanted):
 
 
 @pytest.mark.parametrize(
-    ("seed", "number", "kind", "method"),
+    ("seed", "number", "kind"),
     [
-        (32, 1, "surface", "cells"),  # whose smoothed outlines peak 1.4 mm before it
-        (52, 3, "helix", "outlines"),  # whose cells hold two turns, and have two peaks
+        (32, 1, "surface"),  # whose smoothed outlines peak 1.4 mm before it
+        (52, 3, "helix"),  # whose cells hold two turns, and have two peaks
     ],
 )
-def test_the_surer_depth_counts(seed, number, kind, method):
+def test_cells_that_are_surer_than_outlines_count(seed, number, kind):
     cloud = scene(seed, number, kind)
     frame = confusion.frame_of([cloud])
     target = Target.of_cloud("body", cloud, confusion.SYSTEM)
     (found,) = judge_frame(frame, confusion.SYSTEM, [target], confusion.PITCH).objects
-    assert not found.faults and found.focus.method == method
+    assert not found.faults and found.focus.method == "cells"
     assert abs(found.depth_error) < found.depth_tolerance / 5
     up = np.array([0, 0, 2.5e-3])
     light = replace(target.light, depth=target.light.depth + up[2])
