@@ -249,7 +249,9 @@ def videos(
         kept, slm, wavelength, cgh="curved", compensation="ch-rmc", frames=(1, last),
         coding=coding, tolerance=tolerance,
     )  # fmt: skip
-    seconds, rivals, errors, keys = [], [], [], 0
+    seconds: list[float] = []
+    rivals: list[float] = []
+    errors, keys = [], 0
     start = time.perf_counter()
     for frame in made:
         signal = frame.signal
