@@ -73,7 +73,8 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     ],
     "chrmc/compensation/ch_rmc_object/sphere.py": [
         ("for _ in range(20):", "20 → 21", "Newton's steps past convergence"),
-        ("ends = (float(alpha[0]), float(alpha[-1]))", "0 → 1", "a series holds one place past its end"),
+        ("ends = (float(alpha[0]), float(alpha[-1]))", "0 → 1",
+         "a series holds one place past its end"),
         ("if np.max(np.abs(step)) <= _EXACT", "np.max(np.abs(step)) <= _EXACT * self.grid.step[1]"
          " * np.max(r) → (np.max(np.abs(step)) < _EXACT * self.grid.step[1] * np.max(r))",
          "measured numbers are not equal"),
