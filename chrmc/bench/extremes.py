@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from chrmc.bench.extremes_cases import KINDS, Case, case_of, cloud_of, passband_of
 from chrmc.bench.extremes_video import IN_PARTS, frames_of, promised_of
-from chrmc.cgh import DEFAULT_METHOD, field_and_error, method_named
+from chrmc.cgh import DEFAULT_METHOD, field_and_error, method_named, rt
 from chrmc.optics.footprint import expected_power, reach
 from chrmc.optics.passband import Passband
 from chrmc.reference import reference_samples
@@ -22,8 +22,6 @@ from chrmc.slm import SLM
 
 __all__ = ["KINDS", "Case", "Outcome", "case_of", "cloud_of", "judged", "measured", "run"]
 
-RT_ERROR = 1e-5
-"""What `rt` promises."""
 PATIENCE, PER_MILLION = 40.0, 12.0
 """Processor seconds that a case may take, and for each million points more: past that refusing
 would have done, and it counts as a fault."""
@@ -74,7 +72,7 @@ def promised(case: Case) -> float:
         return promised_of(case)
     if case.method == DEFAULT_METHOD:
         return case.tolerance
-    return RT_ERROR if case.method == "rt" else float("inf")
+    return rt.PROMISED if case.method == "rt" else float("inf")
 
 
 def limit(case: Case) -> float:

@@ -75,7 +75,9 @@ def test_cells_that_are_surer_than_outlines_count(seed, number, kind):
     assert not found.faults and found.focus.method == "cells"
     assert abs(found.depth_error) < found.depth_tolerance / 5
     up = np.array([0, 0, 2.5e-3])
-    light = replace(target.light, depth=target.light.depth + up[2])
+    map_ = target.light
+    near, far = map_.ends
+    light = replace(map_, depth=map_.depth + up[2], ends=(near + up[2], far + up[2]))
     elsewhere = replace(
         target, position=target.position + up, low=target.low + up, high=target.high + up,
         light=light,

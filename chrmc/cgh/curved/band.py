@@ -23,6 +23,7 @@ Floats = NDArray[np.float64]
 _EDGE = 0.66  # rms error of a unit edge over step³, both in widths of the edge: measured
 _EDGE_MARGIN = 2
 _LEAST = 0.1  # Nyquist's count that a block is taken to have at least
+_MORE = 16  # spacings past the fit that are tried
 _NUGGET = 0.1  # noise the weights are made for, in shares of the tolerance
 
 
@@ -83,12 +84,15 @@ def band_grid(targets: int, nyquist: float, tolerance: float, block: float) -> G
         best = Grid(-(-targets // each), each, _spacings(nyquist * each, margin, slack), margin)
     if best.count(targets) >= targets:
         return None
-    # The fit is one node off here and there, and a node is a factor of three in the error.
-    while _band_error(best, _frequency(best, nyquist), tolerance) > tolerance:
-        best = replace(best, spacings=best.spacings + 1)
-        if best.count(targets) >= targets:
+    # The fit is one node off here and there, and a node is a factor of three in the error. What
+    # more nodes do not bring about is past double precision.
+    for more in range(_MORE):
+        grid = replace(best, spacings=best.spacings + more)
+        if grid.count(targets) >= targets:
             return None
-    return best
+        if _band_error(grid, _frequency(grid, nyquist), tolerance) <= tolerance:
+            return grid
+    return None
 
 
 def _frequency(grid: Grid, nyquist: float) -> float:

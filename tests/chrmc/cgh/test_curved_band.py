@@ -101,3 +101,9 @@ def test_soft_edges_are_resolved_wherever_they_fall(
     assert missed < tolerance
     if nyquist < 0.1 and tolerance < 1e-3:  # and not much better than asked for
         assert missed > 0.1 * tolerance
+
+
+def test_what_double_precision_cannot_tell_has_no_nodes() -> None:
+    # More nodes were tried one by one, for minutes.
+    assert band.band_grid(1689, 8.6 / 1689, 9.3e-10, 20.0) is None
+    assert band.band_grid(1689, 8.6 / 1689, 9.3e-7, 20.0) is not None

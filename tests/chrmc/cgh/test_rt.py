@@ -108,3 +108,11 @@ def test_extremes_of_amplitude() -> None:
     assert not chrmc.compute_field(dark, SMALL, WAVELENGTH, method="rt").any()
     empty = chrmc.compute_field(chrmc.PointCloud.empty(), SMALL, WAVELENGTH, method="rt")
     assert empty.shape == SMALL.shape and not empty.any()
+
+
+def test_what_all_but_cancels_past_double_precision_is_refused() -> None:
+    positions = [[0.0, 0.0, 0.12], [1e-13, 0.0, 0.12]]
+    pair = chrmc.PointCloud(positions, np.ones(2), np.array([0, np.pi]))
+    slm = SLM("panel", 20, 30, 2e-6)
+    with pytest.raises(ValueError, match="rt promises 1e-05; leave out"):
+        chrmc.compute_field(pair, slm, 532e-9, "rt")
