@@ -16,6 +16,7 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
          "(np.arange(min(soft, count)) - 0.5)", "the same"),
     ],
     "chrmc/encodings/binary.py": [
+        ("wanted = np.clip(signal", "0.0 → 1.0", "a scale of 0 has a signal of 0"),
         ("lit = line >= 0.5", "line >= 0.5 → (line > 0.5)", "a dark field's even grey"),
         ("amplitude = np.minimum(", "1.0 → 2.0", "no light over any scale is none"),
     ],
@@ -70,6 +71,9 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     "chrmc/cgh/curved/verify.py": [
         ("if relative < min(_OPEN", "2 → 3", "when more pixels are drawn, not what they say"),
         ("_WAVES = ", "", "how many pixels are drawn"),
+    ],
+    "chrmc/compensation/ch_rmc_object/group.py": [
+        ("radians = radians.astype(m.real", "m.real → m.imag", "of one type"),
     ],
     "chrmc/compensation/ch_rmc_object/sphere.py": [
         ("for _ in range(20):", "20 → 21", "Newton's steps past convergence"),

@@ -91,3 +91,13 @@ def test_what_lies_at_the_end_of_the_whole_band_is_kept() -> None:
     assert np.allclose(limit_band(columns, PANEL, coding_for("ssb", PANEL)), columns, atol=1e-6)
     rows = np.tile((-1.0) ** np.arange(PANEL.height)[:, None], (1, PANEL.width))
     assert not limit_band(rows.astype(np.complex64), PANEL, coding_for("ssb", PANEL)).any()
+
+
+def test_a_panel_of_more_bits_than_a_frame_has_all_its_levels():
+    assert allowed_levels(10).tolist() == allowed_levels(8).tolist() == list(range(256))
+
+
+@pytest.mark.parametrize("signal", [np.zeros(9, np.float32), np.zeros((3, 3))])
+def test_a_signal_is_of_rows_and_columns_and_of_float32(signal):
+    with pytest.raises(ValueError, match="signal must be float32"):
+        encode_signal(signal, 1.0)

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.special import jv
 
-from chrmc.compensation.ch_rmc_object.chart import View, mean_rotation, views_of
+from chrmc.compensation.ch_rmc_object.chart import View, mean_rotation, path, slopes, views_of
 from chrmc.compensation.ch_rmc_object.grid import layer_count, make_grid
 from chrmc.scene.scene import Pose
 
@@ -139,3 +139,12 @@ def test_layers_follow_the_rms_of_a_boxs_squares() -> None:
             swing = np.pi * rms * deep / 2 / WAVELENGTH
             allowed = [layer_count(share * swing, 0.3e-4) for share in (0.985, 1.015)]
             assert allowed[0] <= len(grid.layers) <= allowed[1]
+
+
+def test_slopes_are_those_of_the_path() -> None:
+    place, r, step = (np.array(3e-4), np.array(-2e-4), np.array(5e-4)), 0.2, 1e-6
+    for a, b in ((0.0, 0.0), (0.1, -0.05), (-0.2, 0.15)):
+        found = slopes(np.array(a), np.array(b), place, r)
+        for slope, da, db in zip(found, (step, 0), (0, step), strict=True):
+            ends = [path(np.array(a + s * da), np.array(b + s * db), place, r) for s in (1, -1)]
+            assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-6)
