@@ -38,6 +38,7 @@ _WAVES = 1.8  # waves for each place
 _WHOLE = 120  # places that are solved for at once
 _ASIDE = 1.25  # of the margin, that filters of a part of a strip read beyond it
 _MOST = 2500  # places of a strip: finding filters for more takes longer than a sum over points
+_MOST_WORK = 2e9  # third powers of places that a strip's filters are solved from: a second or two
 _SHARE = 0.75  # of the tolerance that filters may take; beyond it strips come from points
 _ROUNDING = 1e-6  # noise below which the equations are no longer sure to be solved
 _NOISE = 0.3  # in the places, that a filter is made for, in shares of the tolerance
@@ -151,7 +152,10 @@ def reading_of(
             return None
         nodes = axis.nodes[run.nodes]
         assert missed is not None
-        for few, near in _windows(nodes, at, margin):
+        windows = list(_windows(nodes, at, margin))
+        if sum((near.stop - near.start) ** 3 for _, near in windows) > _MOST_WORK:
+            return None
+        for few, near in windows:
             matrices = _solve(nodes[few], at[near], models, tolerance)
             spent += missed(run, few, at[near], matrices)
             if spent > allowed:

@@ -64,6 +64,13 @@ def test_points_are_tried_in_their_own_footprints() -> None:
     assert out.error < 2 * out.expected
 
 
+@pytest.mark.parametrize("seed", [20261229, 20261619])
+def test_what_would_be_searched_for_minutes_is_left(seed: int) -> None:
+    # Nodes that double precision cannot tell; filters of soft edges of thousands of pixels.
+    out = extremes.run(extremes.case_of(seed))
+    assert not out.fault and out.cpu < 10
+
+
 @pytest.mark.parametrize(("seed", "method"), [(424442, "wrp"), (424541, "nlut")])
 def test_short_cuts_that_take_longer_than_the_true_sum_are_refused(seed: int, method: str) -> None:
     """Points 22 m away of a panel of one column; 241 depth planes, each of one point."""
