@@ -28,7 +28,8 @@ Complexes = NDArray[np.complex128]
 _LINES = 28, 6
 _FEW_LINES = 14, 4  # the same where only lights are compared
 _MOST = 128  # pixels that are drawn: few where points are many
-_FOR_DIGIT = 2  # of them at least for each digit asked for: such frames take longer
+_FOR_DIGIT = 2, 5  # of them at least for each digit asked for: such frames take longer
+_TIGHT = 4.5  # digits from which the second counts
 _WAVES = 20_000  # points times pixels, about
 _MORE = 4  # times as many pixels, where few leave it open
 _OPEN = 0.75  # of the tolerance: where it is left open; so it is at twice what was expected
@@ -37,7 +38,8 @@ SURE = 0.9
 
 
 def _pixels_for(points: int, tolerance: float) -> int:
-    least = max(4, round(-_FOR_DIGIT * log10(tolerance)))
+    digits = -log10(tolerance)
+    least = max(4, round(_FOR_DIGIT[digits >= _TIGHT] * digits))
     return int(np.clip(_WAVES // max(points, 1), least, _MOST))
 
 

@@ -64,6 +64,12 @@ def test_points_are_tried_in_their_own_footprints() -> None:
     assert out.error < 2 * out.expected
 
 
+def test_errors_that_few_pixels_hold_are_met() -> None:
+    """Half of the error is on a hundredth of the pixels: a look at twelve missed it."""
+    out = extremes.run(extremes.case_of(311775))
+    assert not out.fault and not out.refused and out.error > 0
+
+
 @pytest.mark.parametrize("seed", [20261229, 20261619])
 def test_what_would_be_searched_for_minutes_is_left(seed: int) -> None:
     # Nodes that double precision cannot tell; filters of soft edges of thousands of pixels.
