@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from chrmc.bench.kept import KeptFrames, KeptRows
+from chrmc.bench.kept import KeptRows
+from chrmc.bench.kept_scene import kept_scene
 from chrmc.compensation import COUNTED_WHOLE
 from chrmc.compensation.frame import VideoFrame
 from chrmc.generation.recipe import Recipe, recipe_for
@@ -177,7 +178,7 @@ def rows(case: Case, kept: KeptRows[Row]) -> Iterator[Row]:
             if scene is None:
                 made = case.make()
                 numbers = range(1, min(case.frames, made.frame_count) + 1)
-                scene = KeptFrames(made, numbers)
+                scene = kept_scene(made, numbers)
                 times = _Times(scene, case.slm, numbers)
             rates = measured(BRIEF)
             if key == BUDGET:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import chrmc
-from chrmc.bench.kept import KeptFrames
+from chrmc.bench.kept_scene import kept_scene
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import coding_for
 from chrmc.reference import reference_samples, relative_error
@@ -112,7 +112,7 @@ def reuse(
 
     always : look up whether it pays or not
     """
-    scene: Any = KeptFrames(ellipsoid_scene(case), range(1, case.frames + 1))
+    scene = kept_scene(ellipsoid_scene(case), range(1, case.frames + 1))
     coding = coding_for("ssb", slm)
 
     def video(name: str, **options: str) -> Iterator[VideoFrame]:

@@ -6,13 +6,12 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import pi
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import chrmc
-from chrmc.bench.kept import KeptFrames
+from chrmc.bench.kept_scene import kept_scene
 from chrmc.bench.rivals import corrected_signal
 from chrmc.cgh import curved
 from chrmc.cgh.curved.assembly import row_runs
@@ -244,7 +243,7 @@ def videos(
     encode : signal to 8 bits
     """
     coding = coding_for("ssb", slm)
-    kept: Any = KeptFrames(scene, range(1, last + 1))
+    kept = kept_scene(scene, range(1, last + 1))
     made = chrmc.video(
         kept, slm, wavelength, cgh="curved", compensation="ch-rmc", frames=(1, last),
         coding=coding, tolerance=tolerance,

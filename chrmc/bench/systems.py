@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.bench.kept_scene import kept_scene
 from chrmc.cgh import DEFAULT_METHOD, compute_field, method_named
 from chrmc.compensation import video
 from chrmc.compensation.ch_rmc_paper.error_correction import match, rule_named, snr
@@ -105,23 +106,6 @@ class Measured:
         return float(np.mean([r.stage_seconds.get(name, 0.0) for r in self.records] or [np.nan]))
 
 
-class KeptScene:
-    """A scene whose frames are made once, so that no method's time holds their making."""
-
-    def __init__(self, scene: Scene) -> None:
-        self._scene = scene
-        self._frames: dict[int, SceneFrame] = {}
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._scene, name)
-
-    def frame(self, number: int) -> SceneFrame:
-        """Frame `number`, from 1."""
-        if number not in self._frames:
-            self._frames[number] = self._scene.frame(number)
-        return self._frames[number]
-
-
 def no_field(
     cloud: PointCloud, slm: SLM, wavelength: float, window: Window, passband: Any
 ) -> Field:
@@ -179,10 +163,8 @@ def measure(
 
     A system that refuses has its reason in `refused` and nothing else.
     """
-    kept: Any = KeptScene(scene)
+    kept = kept_scene(scene, range(1, scene.frame_count + 1))
     numbers = frame_range(kept, frames)
-    for number in range(1, kept.frame_count + 1):
-        kept.frame(number)
     still = still_objects(kept, numbers)
     rng = np.random.default_rng(20180917)
     rows, columns = rng.integers(0, slm.height, pixels), rng.integers(0, slm.width, pixels)

@@ -106,6 +106,7 @@ def run(
 ) -> int:
     """Measure, print and write a table."""
     from chrmc.bench import systems, tables
+    from chrmc.bench.kept_scene import kept_scene
     from chrmc.encoding import coding_for
     from chrmc.generation.recipe import scene_wavelength
     from chrmc.progress import progress
@@ -128,7 +129,7 @@ def run(
                 raise ValueError(f"{scene} has no {kind} form; it is {given.form}")
             continue
         wave = scene_wavelength(given, wavelength)
-        kept: Any = systems.KeptScene(given)
+        kept = kept_scene(given)
         wanted = tables.systems_of(pairs)
         measured = systems.measure(
             wanted,

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from chrmc.compensation.shift import lens, lens_axis, moved
 from chrmc.encoding import Coding
 from chrmc.optics.footprint import expected_power, pixels_within
 from chrmc.reference import relative_error, true_waves
+from chrmc.scene.derived import DerivedScene
 from chrmc.scene.scene import ObjectFrame, Scene, SceneFrame
 from chrmc.slm import SLM
 from chrmc.window import Window
@@ -47,7 +47,7 @@ def cost(
         return None
     whole = key = method.cost(first.cloud, slm, wavelength, Window.full(slm), coding.passband)
     step = max(1, len(first.cloud) // _MANY)
-    some: Any = scene if step == 1 else _Some(scene, step)
+    some: Scene = scene if step == 1 else _Some(scene, step)
     passes, fields, carried, serves = _PASSES, 1, 0.0, len(numbers)
     if name in _CHAINS:
         made = _CHAINS[name](some, slm, wavelength, CGH, numbers[:_FRAMES], coding)
@@ -103,15 +103,11 @@ def _missed(
     return float(np.sqrt(np.mean(squares))) if squares else 0.0
 
 
-@dataclass(frozen=True)
-class _Some:
+@dataclass(frozen=True, eq=False, repr=False)
+class _Some(DerivedScene):
     """A scene of every so many points: those of some identities, or on some of its pixels."""
 
-    scene: Scene
     step: int
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.scene, name)
 
     def frame(self, number: int) -> SceneFrame:
         return SceneFrame(number, tuple(map(self._part, self.scene.frame(number).objects)))

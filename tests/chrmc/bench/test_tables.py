@@ -9,7 +9,8 @@ import pytest
 
 import chrmc
 from chrmc.bench import tables
-from chrmc.bench.systems import KeptScene, Measured, System, count_points, measure, still_objects
+from chrmc.bench.kept_scene import kept_scene
+from chrmc.bench.systems import Measured, System, count_points, measure, still_objects
 from chrmc.cgh import METHODS, compute_field
 from chrmc.cli.bench_tables import chosen, image_psnr
 from chrmc.compensation import COMPENSATIONS
@@ -70,8 +71,8 @@ def test_counting_without_computing_gives_the_same_ledgers() -> None:
 
 
 def test_the_house_stands_still_and_frames_are_made_once() -> None:
-    kept = KeptScene(load_scene("car-house"))
-    assert still_objects(kept, range(1, 4)) == {"house"}  # type: ignore[arg-type]
+    kept = kept_scene(load_scene("car-house"))
+    assert still_objects(kept, range(1, 4)) == {"house"}
     assert kept.frame(2) is kept.frame(2) and kept.frame_count == 80
 
 
