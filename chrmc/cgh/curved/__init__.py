@@ -128,7 +128,7 @@ def low_rank(
         error, allowed = budget.relative, error_allowed(factors, tolerance, len(cloud))
         least = budget.least
         if error <= allowed:
-            seen = look(factors, cloud, plane.lines, wavelength, plane.reach, tolerance, error)
+            seen = look(factors, cloud, plane, tolerance, error)
             error, allowed = max(error, hypot(*seen)), SURE * tolerance
             least = max(least, seen[1])
             if error <= allowed:

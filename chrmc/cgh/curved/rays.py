@@ -61,5 +61,5 @@ def by_rays(
     made = rt.quick_field(*given, min(_NOISE[0] * tolerance, _NOISE[1]))
     if made is None:
         return None
-    error = field_error(made, cloud, plane.lines, wavelength, plane.reach, tolerance)
+    error = field_error(made, cloud, plane, tolerance)
     return (made, error) if error <= SURE * tolerance else None

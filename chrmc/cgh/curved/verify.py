@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.assembly import Factor, reference_cycles
+from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import field_at
-from chrmc.cgh.curved.nodes import Axis, Line
+from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.predict import ROUNDING
 from chrmc.cgh.curved.wave import phasor
 from chrmc.parallel import alone, in_parallel
@@ -69,7 +70,7 @@ class Lattice:
     def error(
         self,
         exact: Callable[[Floats, Floats], Complexes],
-        lines: tuple[Line, Line],
+        plane: Plane,
         points: int,
         tolerance: float,
         expected: float,
@@ -93,7 +94,7 @@ class Lattice:
             at = (np.arange(more) + random.random(more)) / more * cumulative[-1]
             drawn = np.minimum(np.searchsorted(cumulative, at, "right"), len(cumulative) - 1)
             row, column = np.unravel_index(drawn, self.weight.shape)
-            truth = exact(lines[0].places[self.columns[column]], lines[1].places[self.rows[row]])
+            truth = exact(plane.x.places[self.columns[column]], plane.y.places[self.rows[row]])
             missed = np.abs(self.values[row, column] - truth) ** 2
             squares = np.append(squares, self.weight[row, column] * missed / chance[row, column])
             error = float(np.mean(squares))
@@ -106,23 +107,19 @@ class Lattice:
 def measured_error(
     factors: Sequence[Factor],
     cloud: PointCloud,
-    lines: tuple[Line, Line],
-    wavelength: float,
-    reach: tuple[float, float],
+    plane: Plane,
     tolerance: float,
     expected: float,
 ) -> float:
     """Relative L2 error of the sum of some factors in single precision, see `look`."""
-    return hypot(*look(factors, cloud, lines, wavelength, reach, tolerance, expected))
+    return hypot(*look(factors, cloud, plane, tolerance, expected))
 
 
 @alone
 def look(
     factors: Sequence[Factor],
     cloud: PointCloud,
-    lines: tuple[Line, Line],
-    wavelength: float,
-    reach: tuple[float, float],
+    plane: Plane,
     tolerance: float,
     expected: float,
 ) -> tuple[float, float]:
@@ -130,36 +127,35 @@ def look(
     forming that sum in single precision will add, however many nodes there are.
 
     cloud : the points they were made from
-    lines : x and y of the window's pixels
+    plane : the window's pixels and the wave
     expected : the error worked out beforehand
     """
-    lattice, parts = _lattice(factors, lines, wavelength)
+    lattice, parts = _lattice(factors, plane)
     # Factors that cancel each other round as what they are, not as what they leave.
     total = float(lattice.power.sum())
     least = ROUNDING * sqrt(parts / total) if total > 0 else 0.0
 
     def exact(x: Floats, y: Floats) -> Complexes:
         def some(part: slice) -> Complexes:
-            return field_at(cloud, x[part], y[part], wavelength, reach)
+            return field_at(cloud, x[part], y[part], plane.wavelength, plane.reach)
 
         half = len(x) // 2
         return np.concatenate(in_parallel(some, [slice(half), slice(half, None)]))
 
-    return lattice.error(exact, lines, len(cloud), tolerance, expected), least
+    return lattice.error(exact, plane, len(cloud), tolerance, expected), least
 
 
 @alone
-def light_kept(factors: Sequence[Factor], lines: tuple[Line, Line], wavelength: float) -> float:
+def light_kept(factors: Sequence[Factor], plane: Plane) -> float:
     """Light of the sum of some factors over the sum of their lights, on some pixels: far below 1
     where they cancel."""
-    lattice, parts = _lattice(factors, lines, wavelength, _FEW_LINES)
+    lattice, parts = _lattice(factors, plane, _FEW_LINES)
     return float(lattice.power.sum()) / parts if parts > 0 else 1.0
 
 
 def _lattice(
     factors: Sequence[Factor],
-    lines: tuple[Line, Line],
-    wavelength: float,
+    plane: Plane,
     count: tuple[int, int] = _LINES,
 ) -> tuple[Lattice, float]:
     """The sum of some factors on a lattice, and the sum of their lights there.
@@ -169,7 +165,7 @@ def _lattice(
     random = np.random.default_rng(0)
     columns = _picked([factor.axis_x for factor in factors], random, count)
     rows = _picked([factor.axis_y for factor in factors], random, count)
-    read = partial(_read, rows=rows[0], columns=columns[0], lines=lines, wavelength=wavelength)
+    read = partial(_read, rows=rows[0], columns=columns[0], plane=plane)
     values = in_parallel(read, factors)
     lattice = Lattice(rows, columns, np.sum(values, axis=0))
     return lattice, sum(float((lattice.weight * np.abs(one) ** 2).sum()) for one in values)
@@ -178,9 +174,7 @@ def _lattice(
 def field_error(
     field: NDArray[np.complex64],
     cloud: PointCloud,
-    lines: tuple[Line, Line],
-    wavelength: float,
-    reach: tuple[float, float],
+    plane: Plane,
     tolerance: float,
 ) -> float:
     """The same of a field on the window."""
@@ -191,10 +185,10 @@ def field_error(
     values = field[np.ix_(rows[0], columns[0])].astype(np.complex128)
 
     def exact(x: Floats, y: Floats) -> Complexes:
-        return field_at(cloud, x, y, wavelength, reach)
+        return field_at(cloud, x, y, plane.wavelength, plane.reach)
 
     lattice = Lattice((rows[0], weights[0]), (columns[0], weights[1]), values)
-    return lattice.error(exact, lines, len(cloud), tolerance, 0.0)
+    return lattice.error(exact, plane, len(cloud), tolerance, 0.0)
 
 
 def _picked(
@@ -235,8 +229,7 @@ def _read(
     factor: Factor,
     rows: NDArray[np.intp],
     columns: NDArray[np.intp],
-    lines: tuple[Line, Line],
-    wavelength: float,
+    plane: Plane,
 ) -> Complexes:
     """(R, C) A_y·M·A_x at some rows and columns."""
     reference = factor.reference
@@ -247,10 +240,10 @@ def _read(
     real, imag = np.split(_interpolated(factor.axis_y, rows, nodes), 2, axis=1)
     both = real + 1j * imag
     cos_x, sin_x = phasor(
-        reference_cycles(lines[0].places[columns], reference.x, reference.z_x, wavelength)
+        reference_cycles(plane.x.places[columns], reference.x, reference.z_x, plane.wavelength)
     )
     cos_y, sin_y = phasor(
-        reference_cycles(lines[1].places[rows], reference.y, reference.z_y, wavelength)
+        reference_cycles(plane.y.places[rows], reference.y, reference.z_y, plane.wavelength)
     )
     return both * (cos_x + 1j * sin_x) * (cos_y + 1j * sin_y)[:, None]
 

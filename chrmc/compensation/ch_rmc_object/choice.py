@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.interface import (
     MANY_POINTS,
-    Line,
     Plane,
     bounding_box,
     cost_of_sums,
@@ -81,7 +80,6 @@ def choose(
     plan: Plan,
     outline: Outline,
     poses: Sequence[Pose],
-    targets: tuple[Line, Line],
     plane: Plane,
     tolerance: float,
     most: int = MOST_VALUES,
@@ -91,7 +89,7 @@ def choose(
 
     plan : of the first frame, from `planned`; outline : of the body, from `outline_of`
     poses : of the frames to come, this one first
-    targets, plane : the hologram's pixels, from `plane_of`, and its lines
+    plane : the hologram's pixels, from `plane_of`
     tolerance : that spheres and nodes aim at
     most : complex numbers that its grid may hold
     always : reuse, whether it pays or not
@@ -119,7 +117,7 @@ def choose(
     for frames in _lengths(len(poses)):
         to_chart = mean_rotation(poses[:frames])
         size = np.abs(bounding_box((outline.rim - outline.middle) @ to_chart.T)).max(axis=1)
-        views = views_ahead(plan, outline, poses[:frames], to_chart, size, targets, plane, 0.0)
+        views = views_ahead(plan, outline, poses[:frames], to_chart, size, plane, 0.0)
         view = views.until(frames)
         if not view.whole:
             break

@@ -118,10 +118,10 @@ def cost(
         aim = AIM * tolerance
         body = obj.body
         outline = outline_of(body.select(slice(None, None, max(1, len(body) // _SOME))))
-        plan = planned(obj, outline, plane.lines, own, aim)
+        plan = planned(obj, outline, own, aim)
         if len(chosen) < _CHOSEN:
             poses = [obj.pose, *poses_ahead(scene, obj, later)]
-            choice = choose(plan, outline, poses, plane.lines, plane, aim)
+            choice = choose(plan, outline, poses, plane, aim)
             chosen.append((len(obj.cloud), choice))
         else:
             choice = min(chosen, key=lambda c: abs(c[0] - len(obj.cloud)))[1]

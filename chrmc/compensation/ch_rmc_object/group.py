@@ -13,7 +13,6 @@ from chrmc.cgh.curved.interface import (
     Axis,
     Budget,
     Factor,
-    Line,
     Plane,
     Reference,
     Remainder,
@@ -63,12 +62,11 @@ class Group:
         outline: Outline,
         poses: Sequence[Pose],
         parts: tuple[int, int, int],
-        targets: tuple[Line, Line],
         plane: Plane,
         tolerance: float,
     ) -> None:
         self.body = body = outline.body
-        self._targets, self._plane, self._tolerance = targets, plane, tolerance
+        self._plane, self._tolerance = plane, tolerance
         self._middle = outline.middle
         self._to_chart = mean_rotation(poses)
         own = (body.positions - self._middle) @ self._to_chart.T
@@ -76,7 +74,7 @@ class Group:
         z = min(float(pose.apply(self._middle[None])[0, 2]) for pose in poses)
         more = fewer_beyond(float(self._half[:2].max()) / z / plane.wavelength, SHARE * tolerance)
         views = views_ahead(
-            first, outline, poses, self._to_chart, np.abs(centres).max(axis=0), targets, plane,
+            first, outline, poses, self._to_chart, np.abs(centres).max(axis=0), plane,
             more if len(centres) > 1 else 0.0,
         )  # fmt: skip
         width = tuple(float(np.max(high - low)) for low, high in (views.alpha, views.beta))
@@ -109,7 +107,7 @@ class Group:
             )  # fmt: skip
             read = self.sphere.expected_error(visible)
             taps = 2 * (SHARE * self._tolerance) ** 2 if len(self.sphere.centres) > 1 else 0.0
-            places = self._targets[0].places, self._targets[1].places
+            places = self._plane.x.places, self._plane.y.places
             budget = budget_of(
                 factor, plan.some, places, wave, Remainder(None, sqrt(read**2 + taps))
             )

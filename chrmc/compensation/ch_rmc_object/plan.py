@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved.interface import (
     Axes,
-    Line,
     Plane,
     Reading,
     Wave,
@@ -78,9 +77,7 @@ def outline_of(body: PointCloud) -> Outline:
     return Outline(body, middle, size, own + middle)
 
 
-def planned(
-    obj: ObjectFrame, outline: Outline, targets: tuple[Line, Line], plane: Plane, aim: float
-) -> Plan:
+def planned(obj: ObjectFrame, outline: Outline, plane: Plane, aim: float) -> Plan:
     """A frame's reference wave, its nodes, and how they are read off the plain baseband."""
     assert obj.pose is not None
     cx, cy, cz = obj.pose.apply(outline.middle[None])[0].tolist()
@@ -108,7 +105,6 @@ def views_ahead(
     poses: Sequence[Pose],
     to_chart: Floats,
     radius: Floats,
-    targets: tuple[Line, Line],
     plane: Plane,
     more: float,
 ) -> Views:
@@ -126,7 +122,7 @@ def views_ahead(
         a, b = np.minimum(a, b), np.maximum(a, b)
         # Places lie beyond the light; about as far in the other frames as in the first.
         places = first.readings[i].places
-        beyond = 4 * targets[i].step + more
+        beyond = 4 * line.step + more
         if len(places):
             beyond += 1.3 * max(a[0] - float(places.min()), float(places.max()) - b[0], 0.0)
         sides.append((a - beyond, b + beyond))

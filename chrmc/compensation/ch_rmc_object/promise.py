@@ -8,7 +8,6 @@ from chrmc.cgh.curved.interface import (
     SURE,
     Budget,
     Factor,
-    Line,
     Plane,
     light_kept,
     measured_error,
@@ -24,12 +23,8 @@ LOOKED, SOMETIMES = 5000, 8
 
 @dataclass(frozen=True)
 class Promise:
-    """A tolerance of the field on some pixels.
+    """A tolerance of the field on some pixels."""
 
-    targets : their lines along x and y
-    """
-
-    targets: tuple[Line, Line]
     plane: Plane
     tolerance: float
 
@@ -48,7 +43,7 @@ class Promise:
 
         cloud : all their points
         """
-        kept = light_kept(factors, self.targets, self.plane.wavelength)
+        kept = light_kept(factors, self.plane)
         # Where light adds up, so do the errors that each object was allowed.
         if total.relative <= SURE * self.tolerance * sqrt(kept):
             return False
@@ -56,6 +51,5 @@ class Promise:
 
     def _missed(self, factors: Sequence[Factor], cloud: PointCloud, budget: Budget) -> float:
         """The error on some pixels, over the tolerance."""
-        wavelength, reach = self.plane.wavelength, self.plane.reach
-        given = self.targets, wavelength, reach, self.tolerance
-        return measured_error(factors, cloud, *given, budget.relative) / self.tolerance
+        error = measured_error(factors, cloud, self.plane, self.tolerance, budget.relative)
+        return error / self.tolerance

@@ -108,8 +108,7 @@ class _Maker:
         self._numbers, self._coding, self._tolerance = numbers, coding, tolerance
         self._window = Window.full(slm)
         self._plane = plane_of(slm, wavelength, self._window, coding.passband)
-        self._targets = self._plane.lines
-        self._promise = Promise(self._targets, self._plane, tolerance)
+        self._promise = Promise(self._plane, tolerance)
         self._tracks: dict[str, _Track] = {}
         self._outlines: dict[str, Outline] = {}
         self._versions = 0
@@ -211,16 +210,14 @@ class _Maker:
         aim = AIM * self._tolerance
         for _ in range(3):
             with record.stage("CON"):
-                plan = planned(obj, outline, self._targets, self._plane, aim)
+                plan = planned(obj, outline, self._plane, aim)
                 free = self._room(obj.name)
-                choice = choose(
-                    plan, outline, poses, self._targets, self._plane, aim, free, self._always
-                )
+                choice = choose(plan, outline, poses, self._plane, aim, free, self._always)
                 if choice.parts is None:
                     self._patience.put_off(obj.name, number, choice.frames)
                     return self._afresh(obj, record, choice.why)
                 ahead = poses[: choice.frames]
-                group = Group(plan, outline, ahead, choice.parts, self._targets, self._plane, aim)
+                group = Group(plan, outline, ahead, choice.parts, self._plane, aim)
             found = self._looked_up(group, obj, outline, aim, record, plan)
             if found is None:
                 break
@@ -280,7 +277,7 @@ class _Maker:
         """A frame from a group; None where the group does not reach."""
         if plan is None:
             with record.stage("PA"):
-                plan = planned(obj, outline, self._targets, self._plane, aim)
+                plan = planned(obj, outline, self._plane, aim)
         try:
             return group.factor(plan, record)
         except NotCovered:

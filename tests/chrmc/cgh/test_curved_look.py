@@ -41,7 +41,7 @@ def test_ends_of_runs_count_as_the_few_pixels_that_they_are() -> None:
     wrong = replace(factor, axis_x=spoiled(factor.axis_x), axis_y=spoiled(factor.axis_y))
     made = curved.field_of([wrong], PANEL, WAVELENGTH, window)
     whole = relative_error(made, reference_field(cloud, PANEL, WAVELENGTH, passband=UNLIMITED))
-    seen = verify.measured_error([wrong], cloud, plane.lines, WAVELENGTH, plane.reach, 1e-4, 1e-4)
+    seen = verify.measured_error([wrong], cloud, plane, 1e-4, 1e-4)
     assert seen == pytest.approx(whole, rel=0.3)
 
 

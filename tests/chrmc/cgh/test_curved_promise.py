@@ -116,9 +116,7 @@ def test_a_wrong_factor_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     plane = curved.plane_of(PANEL, WAVELENGTH, window, band)
 
     def seen() -> float:
-        return verify.measured_error(
-            made.factors, cloud, plane.lines, WAVELENGTH, plane.reach, 1e-3, 1e-3
-        )
+        return verify.measured_error(made.factors, cloud, plane, 1e-3, 1e-3)
 
     assert seen() < 1e-3
     made.factors[0].real[:] *= np.float32(1.05)
@@ -291,7 +289,7 @@ def test_clusters_that_cancel_each_other_round_as_what_they_are() -> None:
     factors = curved.low_rank(cloud, PANEL, WAVELENGTH, window, band).factors
     less = [replace(f, real=-0.99 * f.real, imag=-0.99 * f.imag) for f in factors]
     plane = curved.plane_of(PANEL, WAVELENGTH, window, band)
-    given = cloud, plane.lines, WAVELENGTH, plane.reach, 1e-3, 1e-3
+    given = cloud, plane, 1e-3, 1e-3
     assert verify.look(factors, *given)[1] == pytest.approx(predict.ROUNDING)
     assert verify.look(factors + less, *given)[1] == pytest.approx(
         predict.ROUNDING * np.hypot(1, 0.99) / 0.01, rel=1e-3

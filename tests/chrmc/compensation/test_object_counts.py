@@ -41,10 +41,9 @@ def chosen(
     obj = ObjectFrame("body", cloud, points, np.arange(count), poses[0])
     window, passband = Window.full(LC_R_1080), coding_for("ssb", LC_R_1080).passband
     plane = plane_of(LC_R_1080, WAVELENGTH, window, passband)
-    lines = plane.lines
     outline = outline_of(points)
-    plan = planned(obj, outline, lines, plane, tolerance)
-    return choose(plan, outline, poses, lines, plane, tolerance, most, always)
+    plan = planned(obj, outline, plane, tolerance)
+    return choose(plan, outline, poses, plane, tolerance, most, always)
 
 
 CAR, SMALL = (4e-3, 2e-3, 3e-3), (1.6e-3, 7e-4, 8e-4)

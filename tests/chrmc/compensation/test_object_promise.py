@@ -30,7 +30,7 @@ def test_a_wrong_factor_is_refused_when_it_is_looked_at(
     low = low_rank(cloud, PANEL, WAVELENGTH, window, band)
     (factor,) = low.factors
     plane = plane_of(PANEL, WAVELENGTH, window, band)
-    promise = Promise(plane.lines, plane, 1e-3)
+    promise = Promise(plane, 1e-3)
     assert promise.kept(factor, cloud, low.budget, frames)
     assert not promise.kept(
         factor, cloud, Budget(2e-6 * low.budget.light, low.budget.light), frames
@@ -38,7 +38,7 @@ def test_a_wrong_factor_is_refused_when_it_is_looked_at(
     for part in (factor.real, factor.imag):
         part *= np.float32(1.003)
     assert promise.kept(factor, cloud, low.budget, frames) == (not looked)
-    assert Promise(plane.lines, plane, 1e-2).kept(factor, cloud, low.budget, frames)
+    assert Promise(plane, 1e-2).kept(factor, cloud, low.budget, frames)
 
 
 def test_objects_that_cancel_are_looked_at_together() -> None:
@@ -48,7 +48,7 @@ def test_objects_that_cancel_are_looked_at_together() -> None:
     made = [low_rank(cloud, PANEL, WAVELENGTH, window, band) for cloud in (one, other)]
     both = PointCloud.concatenate([one, other])
     plane = plane_of(PANEL, WAVELENGTH, window, band)
-    promise = Promise(plane.lines, plane, 1e-3)
+    promise = Promise(plane, 1e-3)
     total = made[0].budget + made[1].budget
     factors = [low.factors[0] for low in made]
     for part in (factors[1].real, factors[1].imag):

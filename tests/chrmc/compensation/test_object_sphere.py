@@ -41,7 +41,7 @@ def plan_of(obj: ObjectFrame, slm: SLM, tolerance: float, encoding: str = "ssb")
     window = Window.full(slm)
     plane = plane_of(slm, WAVELENGTH, window, coding_for(encoding, slm).passband)
     assert obj.body is not None
-    return planned(obj, outline_of(obj.body), plane.lines, plane, tolerance)
+    return planned(obj, outline_of(obj.body), plane, tolerance)
 
 
 def exact(
@@ -119,12 +119,12 @@ def test_a_frame_beyond_the_chart_is_said_to_be(
     window = Window.full(SMALL)
     plane = plane_of(SMALL, WAVELENGTH, window, coding_for("ssb", SMALL).passband)
     outline = outline_of(points)
-    first = planned(frames[0], outline, plane.lines, plane, 1e-3)
+    first = planned(frames[0], outline, plane, 1e-3)
     poses = [frame.pose for frame in frames if frame.pose is not None]
-    group = Group(first, outline, poses, (1, 1, 1), plane.lines, plane, 1e-3)
+    group = Group(first, outline, poses, (1, 1, 1), plane, 1e-3)
     visible = np.ones(len(points), dtype=bool)
     for frame in (*frames, seen(points, list(turn), [0, 0, depth])):
-        plan = planned(frame, outline, plane.lines, plane, 1e-3)
+        plan = planned(frame, outline, plane, 1e-3)
         x, y = (reading.places for reading in plan.readings)
         assert frame.pose is not None
         given = frame.pose, plan.wave.reference, x, y, visible
@@ -148,9 +148,9 @@ def test_the_sphere_holds_a_turning_bodys_light(
     window = Window.full(SMALL)
     plane = plane_of(SMALL, WAVELENGTH, window, coding_for("ssb", SMALL).passband)
     outline = outline_of(points)
-    plans = [planned(frame, outline, plane.lines, plane, tolerance) for frame in frames]
+    plans = [planned(frame, outline, plane, tolerance) for frame in frames]
     poses = [frame.pose for frame in frames if frame.pose is not None]
-    group = Group(plans[0], outline, poses, parts, plane.lines, plane, tolerance)
+    group = Group(plans[0], outline, poses, parts, plane, tolerance)
     visible = np.ones(len(points), dtype=bool)
     random = np.random.default_rng(3)
     for number, (frame, plan) in enumerate(zip(frames, plans, strict=True)):
@@ -280,7 +280,7 @@ def test_the_last_bits_do_not_depend_on_which_thread_is_first(
     for threads in ("1", "2", "4", "4"):
         monkeypatch.setenv(THREADS, threads)
         assert frame.pose is not None
-        group = Group(plan, outline_of(points), [frame.pose], (1, 1, 1), plane.lines, plane, 1e-3)
+        group = Group(plan, outline_of(points), [frame.pose], (1, 1, 1), plane, 1e-3)
         every = np.ones(len(points), dtype=bool)
         read.append(group._plain(frame.pose, plan.wave.reference, x, y, every))
     for other in read[1:]:
