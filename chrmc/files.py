@@ -25,7 +25,7 @@ def replacing(path: Path, *, new_folder: bool = True) -> Iterator[Path]:
     """
     if new_folder:
         path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    partial = _beside(path)
     try:
         yield partial
         partial.replace(path)
@@ -38,12 +38,17 @@ def replacing(path: Path, *, new_folder: bool = True) -> Iterator[Path]:
         partial.unlink(missing_ok=True)
 
 
+def _beside(path: Path) -> Path:
+    """A name for what is not whole yet, of the same suffix; `sweep` finds it."""
+    return path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+
+
 def check_writable(path: Path) -> None:
     """OSError where `path` cannot be written, before what it is to hold takes long to measure."""
     if path.is_dir():
         raise IsADirectoryError(f"{path} is a folder: name a file")
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    partial = _beside(path)
     try:
         partial.touch()
     except OSError as error:

@@ -214,8 +214,8 @@ def encode_signal(
                 np.take(lookup, level.astype(np.int32), out=frame[row : row + _BLOCK])
 
     rows = range(0, len(signal), _BLOCK)
-    half_way = len(rows) // 2
-    in_parallel(encode_rows, [rows[:half_way], rows[half_way:]])
+    cores = workers()
+    in_parallel(encode_rows, [rows[first::cores] for first in range(cores)])
     return frame
 
 
