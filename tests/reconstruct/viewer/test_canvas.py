@@ -1,6 +1,3 @@
-import sys
-
-import moderngl
 import numpy as np
 import pytest
 
@@ -11,15 +8,6 @@ from reconstruct.viewer.view import View
 
 RNG = np.random.default_rng(2)
 FIELD = (RNG.standard_normal((30, 40)) + 1j * RNG.standard_normal((30, 40))).astype(np.complex64)
-
-
-@pytest.fixture(scope="module")
-def context():
-    backend = {"backend": "egl"} if sys.platform.startswith("linux") else {}
-    made = moderngl.create_context(standalone=True, **backend)
-    yield made
-    assert made.error == "GL_NO_ERROR"
-    made.release()
 
 
 def view_of(shape, size):

@@ -1,9 +1,7 @@
 """What is drawn, without a window: room for the controls, grounds under words, whose thread."""
 
-import sys
 import threading
 
-import moderngl
 import pytest
 
 from chrmc.store.video import open_video
@@ -19,15 +17,6 @@ from imgui_bundle import imgui
 from reconstruct.viewer import overlays, theme
 from reconstruct.viewer.layout import Layout
 from reconstruct.viewer.panes import Pane
-
-
-@pytest.fixture(scope="module")
-def context():
-    backend = {"backend": "egl"} if sys.platform.startswith("linux") else {}
-    made = moderngl.create_context(standalone=True, **backend)
-    yield made
-    assert made.error == "GL_NO_ERROR"
-    made.release()
 
 
 @pytest.fixture
