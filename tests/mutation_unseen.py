@@ -42,6 +42,11 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         (f"_{name} = ", "", "a weight of a count, as measured: how long, not what")
         for name in ("CHOSEN", "SOME", "KEY", "FEW", "CHOOSE", "FOUND_OUT", "LOOK_UP", "WAVE")
     ],
+    "chrmc/compensation/ch_rmc_object/plan.py": [
+        ("k = np.arange(_DIRECTIONS) + 0.5", "0.5 → 1.0", "a half of 200 directions, with room"),
+        ("far = size + (centre", "", "what it leaves out the first frame's places add"),
+        ("beyond = 4 * ", "4 → 5", "a pixel of room"),
+    ],
     "chrmc/compensation/ch_rmc_object/grid.py": [
         ("ceil((high - low) / step) + 2", "1 → 2", "one place of room"),
     ],
@@ -68,12 +73,9 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("(np.where(np.arange(g)", "np.arange(g) < (n + g) // 2 → (np.arange(g) <= (n + g) // 2)",
          "a sample in the middle of the dark"),
     ],
-    "chrmc/cgh/curved/verify.py": [
-        ("if relative < min(_OPEN", "2 → 3", "when more pixels are drawn, not what they say"),
-        ("_WAVES = ", "", "how many pixels are drawn"),
-    ],
     "chrmc/compensation/ch_rmc_object/group.py": [
         ("radians = radians.astype(m.real", "m.real → m.imag", "of one type"),
+        ("if number > 1 and high", "number > 1 → (number >= 1)", "one part of one"),
     ],
     "chrmc/compensation/ch_rmc_object/sphere.py": [
         ("for _ in range(20):", "20 → 21", "Newton's steps past convergence"),

@@ -124,6 +124,11 @@ def test_a_tolerance_out_of_range_is_refused_with_the_range(tolerance: float) ->
         compute_field(cloud, PANEL, WAVELENGTH, "curved", tolerance=tolerance)
 
 
+def test_every_decade_of_tolerance_is_a_setting_to_try() -> None:
+    tried = [setting["tolerance"] for setting in curved.METHOD.settings]
+    assert tried == pytest.approx(list(DECADES))
+
+
 def test_a_tolerance_that_cancelling_waves_put_out_of_reach_is_refused() -> None:
     # Pairs of opposite points a tenth of a micrometre apart leave a ten-thousandth of their light.
     places = np.random.default_rng(5).uniform(-1e-4, 1e-4, (100, 3)) + np.array([0, 0, 0.25])

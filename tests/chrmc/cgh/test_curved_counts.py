@@ -13,7 +13,7 @@ from chrmc.cgh import curved
 from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.band import Grid, band_grid, edge_grid
 from chrmc.cgh.curved.baseband import cluster_axes, levels_for, series_for
-from chrmc.cgh.curved.cost import readable_by_a_part
+from chrmc.cgh.curved.cost import cost_of, readable_by_a_part
 from chrmc.cgh.curved.nonuniform import readable
 from chrmc.cgh.curved.taps import fewer, fewer_beyond, taps_for
 from chrmc.encoding import coding_for
@@ -42,6 +42,8 @@ PAIR = points(
 MANY = points((20_000, (8e-3, 5e-3, 4e-3), (0, 0, 0.25)))
 DENSE = points((40_000, (2e-3, 1e-3, 1e-3), (0, 0, 0.2)))
 DEEP = points((3000, (2e-3, 1e-3, 2e-2), (0, 0, 0.03)))
+THICK = points((120_000, (2e-3, 1e-3, 1e-3), (0, 0, 0.25)))
+ASIDE = points((300, (1e-3, 1e-3, 1e-3), (0.1, 0, 0.25)))
 CASES = [
     # cloud, panel, encoding, tolerance; clusters; nodes of the first one's runs, and blocks, along
     # x and along y
@@ -190,3 +192,30 @@ def test_a_part_of_an_edge_tells_whether_filters_will_do(tolerance: float, read:
     axes = cluster_axes(cloud, reference, plane, tolerance)
     assert (readable(cloud, axes, reference, plane, tolerance) is not None) == read
     assert readable_by_a_part(cloud, axes, reference, plane, tolerance) == read
+
+
+@pytest.mark.parametrize(
+    ("cloud", "slm", "encoding", "tolerance", "products", "phasors", "moved", "calls", "memory"),
+    [
+        (FEW, SMALL, "ssb", 1e-3, 0, 6.912e6, 0, 200, 0),
+        (CAR, LC_R_1080, "ssb", 1e-3, 2.289e9, 1.166e6, 2.014e9, 27_420, 2.767e7),
+        (CAR, LC_R_1080, "ssb", 1e-5, 7.722e9, 3.746e6, 7.458e9, 46_692, 3.12e7),
+        (PAIR, LC_R_1080, "real", 1e-4, 4.389e9, 3.549e6, 2.268e9, 65_620, 2.778e7),
+        (MANY, LC_R_1080, "ssb", 1e-3, 5.492e10, 5.077e7, 8.565e9, 310_565, 2.925e7),
+        (DEEP, SMALL, "real", 1e-3, 4.087e10, 2.596e7, 9.489e9, 64_011, 1.633e7),
+        (THICK, LC_R_1080, "ssb", 1e-3, 1.956e8, 5.976e7, 2.464e7, 63_420, 3.725e7),
+        (THICK, LC_R_1080, "ssb", 1e-5, 5.829e10, 5.5e8, 5.473e9, 253_384, 3.725e7),
+        (ASIDE, LC_R_1080, "ssb", 1e-3, 0, 1.584e5, 1.843e7, 11_500, 2.767e7),
+    ],
+    ids=["few", "car", "car, tight", "pair", "many", "deep", "thick", "thick, tight", "aside"],
+)
+def test_what_a_hologram_is_foretold_to_take(
+    cloud: chrmc.PointCloud, slm: SLM, encoding: str, tolerance: float,
+    products: float, phasors: float, moved: float, calls: float, memory: float,
+) -> None:  # fmt: skip
+    """With the weights as they were measured; who changes one measures it anew."""
+    window, passband = Window.full(slm), coding_for(encoding, slm).passband
+    plane = curved.plane_of(slm, WAVELENGTH, window, passband)
+    counts = cost_of(cloud, replace(plane, points=len(cloud)), tolerance)
+    found = counts.products, counts.phasors, counts.bytes, counts.calls, counts.memory
+    assert found == pytest.approx((products, phasors, moved, calls, memory), rel=5e-3)

@@ -8,7 +8,7 @@ import pytest
 from chrmc import SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
 from chrmc.cgh.curved import verify
-from chrmc.cgh.curved.nodes import Axis
+from chrmc.cgh.curved.nodes import Axis, Line
 from chrmc.optics.passband import UNLIMITED
 from chrmc.reference import reference_field, relative_error
 from chrmc.window import Window
@@ -46,4 +46,29 @@ def test_ends_of_runs_count_as_the_few_pixels_that_they_are() -> None:
 
 
 def test_a_tighter_frame_is_looked_at_more_closely() -> None:
-    assert [verify.waves_looked_at(10**6, 10.0**-n) for n in (1, 3, 4)] == [4e6, 6e6, 8e6]
+    assert [verify.waves_looked_at(10**6, 10.0**-n) for n in (1, 3, 4, 6)] == [4e6, 6e6, 8e6, 3e7]
+    assert [verify.waves_looked_at(points, 1e-3) for points in (10, 1000)] == [1280, 20_000]
+
+
+@pytest.mark.parametrize(
+    ("error", "expected", "drawn"),
+    [
+        (5e-4, 4e-4, [6]),
+        (5e-4, 2e-4, [6, 18]),  # more than twice what was expected
+        (8e-4, 1e-3, [6, 18]),  # near the tolerance
+    ],
+)
+def test_more_pixels_are_drawn_where_few_leave_it_open(
+    error: float, expected: float, drawn: list[int]
+) -> None:
+    rows, columns = ((np.arange(n), np.ones(n)) for n in (20, 30))
+    lattice = verify.Lattice(rows, columns, np.ones((20, 30), dtype=complex))
+    pixels: list[int] = []
+
+    def exact(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        pixels.append(len(x))
+        return np.full(len(x), 1 + error, dtype=complex)
+
+    lines = Line(0.0, 1.0, 30), Line(0.0, 1.0, 20)
+    found = lattice.error(exact, lines, 10_000, 1e-3, expected)
+    assert found == pytest.approx(error, rel=0.2) and pixels == drawn

@@ -52,7 +52,7 @@ CAR, SMALL = (4e-3, 2e-3, 3e-3), (1.6e-3, 7e-4, 8e-4)
 @pytest.mark.parametrize(
     ("count", "size", "turn", "frames", "tolerance", "parts", "length", "fresh", "reused"),
     [
-        (500, (1e-3, 1e-3, 1e-3), (0, 0.01, 0), 20, 1e-3, None, 64, 5.341e8, 1.596e9),
+        (500, (1e-3, 1e-3, 1e-3), (0, 0.01, 0), 20, 1e-3, None, 64, 5.341e8, 1.482e9),
         (3000, CAR, (0, 2e-3, 0), 40, 1e-3, None, 64, 4.214e9, 7.321e9),
         (3000, CAR, (1e-3, 5e-3, 2e-3), 80, 1e-3, None, 64, 4.214e9, 1.220e10),
         (3000, CAR, (0, 0.5, 0), 10, 1e-3, None, 64, 4.214e9, np.inf),
@@ -71,13 +71,30 @@ def test_what_a_sphere_and_a_sum_afresh_count(
     found = chosen(count, size, turn, frames, tolerance)
     assert (found.parts, found.frames) == (parts, length)
     assert (found.fresh, found.reused) == (
-        pytest.approx(fresh, rel=0.1), pytest.approx(reused, rel=0.3),
+        pytest.approx(fresh, rel=0.01), pytest.approx(reused, rel=0.01),
     )  # fmt: skip
     assert found.cost == (found.fresh if parts is None else found.reused)
     words = (
         f"for up to {length} frames" if parts else "no chart" if reused == np.inf else "would cost"
     )
     assert words in found.why
+
+
+@pytest.mark.parametrize(
+    ("count", "size", "frames", "tolerance", "most", "parts", "length", "reused"),
+    [
+        (3000, CAR, 40, 1e-5, MOST_VALUES, (1, 1, 1), 40, 1.764e10),
+        (20_000, (4e-3, 3e-3, 2e-3), 80, 1e-3, MOST_VALUES, (4, 4, 1), 80, 2.007e10),
+        (3000, CAR, 40, 1e-3, 2_500_000, (4, 2, 1), 16, 1.095e10),
+    ],
+)
+def test_reuse_that_is_wanted_has_as_many_parts_and_frames_as_cost_least(
+    count: int, size: tuple[float, float, float], frames: int, tolerance: float, most: int,
+    parts: tuple[int, int, int], length: int, reused: float,
+) -> None:  # fmt: skip
+    found = chosen(count, size, (0, 3e-3, 0), frames, tolerance, most, always=True)
+    assert (found.parts, found.frames) == (parts, length)
+    assert found.reused == pytest.approx(reused, rel=0.01)
 
 
 def test_reuse_may_be_wanted_whatever_it_costs_and_memory_may_forbid_it() -> None:

@@ -7,9 +7,9 @@ from scipy.spatial.transform import Rotation
 
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
 from chrmc.cgh.curved.interface import fewer, plane_of, reference_cycles, taps_for
-from chrmc.compensation.ch_rmc_object.chart import path
+from chrmc.compensation.ch_rmc_object.chart import mean_rotation, path
 from chrmc.compensation.ch_rmc_object.group import Group, cut
-from chrmc.compensation.ch_rmc_object.plan import Plan, outline_of, planned
+from chrmc.compensation.ch_rmc_object.plan import Plan, outline_of, planned, views_ahead
 from chrmc.compensation.ch_rmc_object.sphere import NotCovered
 from chrmc.compensation.ch_rmc_object.transforms import transformed_tile
 from chrmc.encoding import coding_for
@@ -133,6 +133,38 @@ def test_a_frame_beyond_the_chart_is_said_to_be(
         else:
             with pytest.raises(NotCovered):
                 group._plain(*given)
+
+
+@pytest.mark.parametrize("place", [(6e-3, 3e-3, 0.2), (-6e-3, -3e-3, 0.2), (0, 0, 0.4)])
+def test_views_ahead_hold_the_places_that_later_frames_read(place: tuple[float, ...]) -> None:
+    """And little more: what lies beyond is summed and never looked at."""
+    points = body(60, (8e-4, 4e-4, 6e-4))
+    frames = [
+        seen(points, [0, 0.02 * k, 0], [(1 - 0.02 * k) * place[0], place[1], place[2] + 1e-3 * k])
+        for k in range(3)
+    ]
+    plane = plane_of(
+        LC_R_1080, WAVELENGTH, Window.full(LC_R_1080), coding_for("ssb", LC_R_1080).passband
+    )
+    outline = outline_of(points)
+    plans = [planned(frame, outline, plane.lines, plane, 1e-3) for frame in frames]
+    poses = [frame.pose for frame in frames if frame.pose is not None]
+    to_chart, centres = mean_rotation(poses), np.zeros(3)
+    views = views_ahead(plans[0], outline, poses, to_chart, centres, plane.lines, plane, 0.0)
+    wider = views_ahead(plans[0], outline, poses, to_chart, centres, plane.lines, plane, 1e-3)
+    for k, (pose, plan) in enumerate(zip(poses, plans, strict=True)):
+        x, y = (reading.places for reading in plan.readings)
+        ends = np.meshgrid([x.min(), x.max()], [y.min(), y.max()], 0.0)
+        seen_from = np.stack(ends, -1).reshape(-1, 3) - pose.apply(outline.middle[None])
+        directions = seen_from @ (to_chart @ pose.rotation.T).T
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        for axis, (low, high) in enumerate((views.alpha, views.beta)):
+            own = directions[:, axis]
+            room = np.array([own.min() - low[k], high[k] - own.max()]) / np.ptp(own)
+            assert np.all(room > 0.025) and np.all(room < 0.09)
+        for one, other in ((wider.alpha, views.alpha), (wider.beta, views.beta)):
+            more = np.array([other[0][k] - one[0][k], one[1][k] - other[1][k]])
+            assert more == pytest.approx(1e-3 / place[2], rel=0.08)
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
