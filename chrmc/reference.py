@@ -109,8 +109,9 @@ def true_waves(
 
 def relative_error(field: NDArray[np.complexfloating], truth: NDArray[np.complexfloating]) -> float:
     """‖field − truth‖/‖truth‖, absolute phase and scale included; 0 where both vanish."""
-    norm = float(np.linalg.norm(truth))
-    difference = float(np.linalg.norm(field - truth))
+    # In double precision: squares of what single precision holds may be past its range.
+    norm = float(np.linalg.norm(truth.astype(np.complex128)))
+    difference = float(np.linalg.norm((field - truth).astype(np.complex128)))
     if norm == 0:
         return 0.0 if difference == 0 else float("inf")
     return difference / norm

@@ -18,26 +18,20 @@ removed. The work on blanks is in `point_pixels`.
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh import Method, compute_field
-from chrmc.compensation.ch_rmc_paper.blank import difference, extent, intersection
-from chrmc.compensation.ch_rmc_paper.carry import Motion, carried_window, carry, moved
+from chrmc.cgh import Method
 from chrmc.compensation.ch_rmc_paper.conversion import RADIUS, check_radius
-from chrmc.compensation.ch_rmc_paper.cylinder import Cylinder
 from chrmc.compensation.ch_rmc_paper.error_correction import (
     SNR_THRESHOLD,
-    Rule,
-    match,
     rule_named,
-    snr,
 )
 from chrmc.compensation.ch_rmc_paper.image_measures import image_measures
 from chrmc.compensation.ch_rmc_paper.plan import plan
+from chrmc.compensation.ch_rmc_paper.track import Track, Work
 from chrmc.compensation.frame import VideoFrame
 from chrmc.compensation.held import PLANE_SPACING
 from chrmc.encoding import Coding
@@ -46,131 +40,9 @@ from chrmc.reference import relative_error
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Scene, SceneFrame
 from chrmc.slm import SLM
-from chrmc.window import Window
 
 Measure = Callable[[NDArray[np.complex64], NDArray[np.complex64], SceneFrame], dict[str, Any]]
 """(compensated field, recomputed field, scene frame) → object name → measures ("psnr" in dB, …)."""
-
-
-@dataclass(frozen=True, eq=False)
-class Track:
-    """What the video knows of one object.
-
-    field : (H, W) its hologram; cloud : the points that are in it; ids : theirs, or None
-    cylinder : of its present arc, or None
-    blank : pixels that its last motion left to compute
-    carried : whether any of it was carried since it was last computed afresh
-    """
-
-    field: NDArray[np.complex64]
-    cloud: PointCloud
-    ids: NDArray[np.intp] | None
-    cylinder: Cylinder | None = None
-    blank: int = 0
-    carried: bool = False
-
-
-@dataclass(frozen=True)
-class _Work:
-    """What every motion needs: the setting, and the CGH method on a window with its account."""
-
-    slm: SLM
-    wavelength: float
-    cgh: str | Method
-    coding: Coding
-    cgh_options: dict[str, Any]
-    radius: float
-    rule: Rule
-    snr_threshold: float
-    pixel_pitch: float
-    plane_spacing: float
-
-    def compute(self, cloud: PointCloud, window: Window) -> NDArray[np.complex64]:
-        return compute_field(
-            cloud,
-            self.slm,
-            self.wavelength,
-            self.cgh,
-            window=window,
-            passband=self.coding.passband,
-            **self.cgh_options,
-        )
-
-    def add(
-        self,
-        field: NDArray[np.complex64],
-        cloud: PointCloud,
-        window: Window,
-        record: FrameRecord,
-        sign: int = 1,
-    ) -> None:
-        """Add the cloud's field (or take it away) on the window, and book point·pixels."""
-        passband = self.coding.passband
-        part = intersection(window, extent(cloud, self.slm, self.wavelength, passband))
-        if part.size:
-            field[part.slices] += sign * self.compute(cloud, part)
-            record.point_pixels += len(cloud) * part.size
-
-    def key(self, obj: ObjectFrame, record: FrameRecord) -> Track:
-        """The object computed afresh."""
-        field = np.zeros(self.slm.shape, dtype=np.complex64)
-        with record.stage("HC"):
-            self.add(field, obj.cloud, Window.full(self.slm), record)
-        record.points_computed += len(obj.cloud)
-        record.points_added += len(obj.cloud)
-        return Track(field, obj.cloud, obj.ids)
-
-    def advance(
-        self, track: Track, obj: ObjectFrame, motion: Motion, record: FrameRecord
-    ) -> tuple[Track, dict[str, Any]]:
-        """The object one frame on, and notes on it."""
-        slm, passband = self.slm, self.coding.passband
-        with record.stage("EC"):
-            after = moved(track.cloud, motion)
-            both = None if track.ids is None or obj.ids is None else (track.ids, obj.ids)
-            matching = match(
-                after, obj.cloud, self.rule, self.pixel_pitch, self.plane_spacing, both
-            )
-            ratio = snr(after, obj.cloud, matching)
-            correct = ratio < self.snr_threshold
-            removed = after.select(matching.wrong)
-            added = obj.cloud.select(matching.missing)
-            shown, ids = after, track.ids
-            if correct:
-                shown = PointCloud.concatenate([after.select(~matching.wrong), added])
-                if track.ids is not None and obj.ids is not None:
-                    ids = np.concatenate([track.ids[~matching.wrong], obj.ids[matching.missing]])
-        notes = {"snr": float(ratio) if np.isfinite(ratio) else None, "corrected": bool(correct)}
-        cylinder, blank, inexact = track.cylinder, 0, track.carried or motion is not None
-        if motion is None:
-            reused = Window.full(slm)
-            field = track.field.copy() if correct else track.field
-        else:
-            with record.stage("PE"):
-                middle = track.cloud.centroid
-                if not np.isfinite(middle).all():  # unlit points: any middle will do
-                    middle = track.cloud.positions.mean(axis=0)
-            carried, cylinder = carry(
-                track.field, middle, motion, slm, self.wavelength, self.radius, record, cylinder
-            )
-            with record.stage("HC"):
-                reused = carried_window(track.cloud, after, motion, slm, self.wavelength, passband)
-                whole = extent(shown, slm, self.wavelength, passband)
-                reused = intersection(reused, whole)
-                field = np.zeros_like(carried)
-                field[reused.slices] = carried[reused.slices]
-                for part in difference(whole, reused):
-                    self.add(field, shown, part, record)
-                    blank += part.size
-        if correct:
-            with record.stage("EC"):
-                # Blanks were filled with the corrected points already.
-                self.add(field, removed, reused, record, sign=-1)
-                self.add(field, added, reused, record)
-            record.points_removed += len(removed)
-            record.points_added += len(added)
-            record.points_computed += len(removed) + len(added)
-        return Track(field, shown, ids, cylinder, blank, inexact), notes
 
 
 def frames(
@@ -206,6 +78,11 @@ def frames(
         `image_measures`, or a function, see `Measure`
     options : for the CGH method
 
+    A frame's `error_predicted` is what the CGH method states of it, and `error_reuse` where light
+    was carried; without that measurement a carried frame states none. Objects that are left with
+    little light, and frames whose objects cancel, are computed afresh where the method's error
+    would otherwise be more of the light than it promises.
+
     Where identity is unknown (RGB-D) a carried point and its freshly quantised twin have
     unrelated phases: `frame.shown` is then the points that the field stands for.
     """
@@ -215,7 +92,7 @@ def frames(
     if measure is True or (rekey_image is not None and not measure):
         measure = image_measures(slm, wavelength)
     planes = scene.planes
-    work = _Work(
+    work = Work(
         slm, wavelength, cgh, coding, options, radius, rule, snr_threshold,
         scene.pixel_pitch, planes.step if planes else PLANE_SPACING,
     )  # fmt: skip
@@ -233,7 +110,7 @@ def _check_limits(rekey_every: int | None, rekey_error: float | None) -> None:
 
 def _frames(
     scene: Scene,
-    work: _Work,
+    work: Work,
     numbers: range,
     rekey_every: int | None,
     rekey_error: float | None,
@@ -262,28 +139,37 @@ def _frames(
             if track is None or unseen or (due and stale):
                 tracks[name] = work.key(obj, record)
             else:
-                tracks[name], notes[name] = work.advance(track, obj, motion, record)
-                if motion is not None:
+                track, notes[name] = work.advance(track, obj, motion, record)
+                spoilt = work.spoilt([track], track.power)  # as where most of its light left
+                tracks[name] = work.key(obj, record) if spoilt else track
+                if motion is not None and not spoilt:
                     moving.append(name)
-        field = _total(tracks, work)
-        record.key = number == numbers[0] or due
+        shown = _shown(tracks, scene_frame)
+        field, expected, afresh = work.together(tracks.values(), shown)
+        record.key = number == numbers[0] or due or afresh
         if measure_reuse or rekey_error is not None or measure is not None:
-            again, errors = _recomputed(tracks, scene_frame, work)
+            new, errors = _recomputed(tracks, scene_frame, work)
+            again = field if afresh else work.together(new.values(), shown)[0]
             _judge(record, field, again, scene_frame, measure)
             if _too_wrong(record, rekey_error, rekey_image):
                 for obj in scene_frame.objects:
                     if tracks[obj.name].carried:
                         tracks[obj.name] = work.key(obj, record)
                         errors[obj.name] = 0.0
-                field, record.key, moving = _total(tracks, work), True, []
+                shown = _shown(tracks, scene_frame)
+                field, expected, afresh = work.together(tracks.values(), shown)
+                record.key, moving = True, []
                 _judge(record, field, again, scene_frame, measure)
             for name, error in errors.items():
                 notes.setdefault(name, {})["error_reuse"] = error
+        if afresh or not any(track.carried for track in tracks.values()):
+            record.error_predicted = expected
+        elif expected is not None and record.error_reuse is not None:
+            record.error_predicted = expected + record.error_reuse
         if record.key:
             last_key = number
         blanks = [tracks[name].blank for name in moving]
         record.blank_share = sum(blanks) / (len(blanks) * field.size) if blanks else 0.0
-        shown = _shown(tracks, scene_frame)
 
         def whole(field: NDArray[np.complex64] = field) -> NDArray[np.complex64]:
             return field
@@ -303,13 +189,6 @@ def _too_wrong(record: FrameRecord, rekey_error: float | None, rekey_image: floa
     return any(entry["psnr"] < rekey_image for entry in record.image.values())
 
 
-def _total(tracks: dict[str, Track], work: _Work) -> NDArray[np.complex64]:
-    field = np.zeros(work.slm.shape, dtype=np.complex64)
-    for track in tracks.values():
-        field += track.field
-    return field
-
-
 def _truth(track: Track, obj: ObjectFrame) -> PointCloud:
     """The points that the field should show: the scene's, or the carried ones (RGB-D)."""
     return track.cloud if obj.ids is None else obj.cloud
@@ -320,19 +199,16 @@ def _shown(tracks: dict[str, Track], scene_frame: SceneFrame) -> PointCloud:
 
 
 def _recomputed(
-    tracks: dict[str, Track], scene_frame: SceneFrame, work: _Work
-) -> tuple[NDArray[np.complex64], dict[str, float]]:
-    """The frame with all that was carried computed afresh by the same CGH method, and every
+    tracks: dict[str, Track], scene_frame: SceneFrame, work: Work
+) -> tuple[dict[str, Track], dict[str, float]]:
+    """The objects with all that was carried computed afresh by the same CGH method, and every
     object's own error against that."""
-    whole = Window.full(work.slm)
-    field = np.zeros(work.slm.shape, dtype=np.complex64)
-    errors = {}
+    new, errors = {}, {}
     for obj in scene_frame.objects:
         track = tracks[obj.name]
-        own = work.compute(_truth(track, obj), whole) if track.carried else track.field
-        errors[obj.name] = relative_error(track.field, own)
-        field += own
-    return field, errors
+        new[obj.name] = work.fresh(_truth(track, obj)) if track.carried else track
+        errors[obj.name] = relative_error(track.field, new[obj.name].field)
+    return new, errors
 
 
 def _judge(
