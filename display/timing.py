@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import ceil
 from statistics import median
 
 LATE = 1.2
@@ -188,7 +189,7 @@ class Summary:
         total = sum(self.intervals)
         if self.intervals and total > 0:
             ordered = sorted(self.intervals)
-            p99 = ordered[min(len(ordered) - 1, int(0.99 * len(ordered)))]
+            p99 = ordered[ceil(0.99 * len(ordered)) - 1]
             text.append(
                 f"{len(ordered) / total:.2f} flips per second; interval median "
                 f"{1e3 * median(ordered):.2f} ms, 99 % within {1e3 * p99:.2f} ms, longest "

@@ -85,8 +85,9 @@ def compensation_named(compensation: "str | VideoMethod") -> VideoMethod:
 
 
 def _having(option: str) -> list[str]:
-    """Names of the video methods that have an option of their own."""
-    return [name for name in COMPENSATIONS if option in option_names(compensation_named(name))[0]]
+    """Names of the video methods that have an option of their own, and of the CGH methods."""
+    videos = [name for name in COMPENSATIONS if option in option_names(compensation_named(name))[0]]
+    return videos + [f"cgh {name}" for name in METHODS if method_named(name).takes(option)]
 
 
 def chosen(

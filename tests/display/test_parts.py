@@ -18,7 +18,7 @@ from display.log import COLUMNS, Flip, FlipLog
 from display.monitors import Monitor, choose
 from display.playlist import Picture, open_playlist
 from display.prefetch import Fault, Ring
-from display.timing import Refresh, judge, measure_refresh, pace_for
+from display.timing import Refresh, Summary, judge, measure_refresh, pace_for
 from display.transport import Transport
 
 
@@ -192,6 +192,22 @@ def test_flips_are_judged_past_1_2_periods():
     assert judge(2.01 * t, t) == ("dropped", 1)
     assert judge(4.9 * t, t) == ("dropped", 4)
     assert judge(0.5, None) == ("free", 0)
+
+
+def test_a_run_is_summed_up_in_milliseconds():
+    intervals = [0.0165] * 60 + [0.0167] * 38 + [0.0334, 0.05]
+    words = Summary(101, 100, 1, 2, 3, 0, intervals, 1 / 60).lines()
+    rate = 100 / sum(intervals)
+    assert words[1] == (
+        f"{rate:.2f} flips per second; interval median 16.50 ms, 99 % within 33.40 ms, "
+        "longest 50.00 ms"
+    )
+    assert words[2] == "1 late, 2 after dropped refreshes (3 missed), 0 waited for a frame"
+    quick = Summary(3, 3, 0, 0, 0, 0, [0.004, 0.006], None).lines()
+    assert quick == [
+        "3 frames in 3 flips",
+        "200.00 flips per second; interval median 5.00 ms, 99 % within 6.00 ms, longest 6.00 ms",
+    ]
 
 
 def test_log_lines_are_on_disk_at_once(tmp_path):

@@ -136,6 +136,9 @@ def test_video_methods_answer_likewise() -> None:
     said = "'rekey_every'; it takes tolerance, reuse; ch-rmc-paper has it"
     with pytest.raises(ValueError, match=said):
         chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc-object", rekey_every=3)
+    said = "none with rt has no option 'tolerance'; .*; ch-rmc-object, cgh curved have it"
+    with pytest.raises(ValueError, match=said):
+        chosen("rt", "none", options={"tolerance": 1e-3})
 
 
 def test_every_registered_method_says_what_it_is() -> None:
