@@ -14,6 +14,7 @@ from chrmc.compensation.ch_rmc_paper.carry import (
     carried_window,
     carry,
     moved,
+    translate,
 )
 from chrmc.encoding import coding_for
 from chrmc.optics.footprint import reach, taper
@@ -291,3 +292,39 @@ def test_the_phase_comes_out_right_far_from_the_axis_too() -> None:
     motion = Rotation((-8e-3, 0.33), 3e-3)
     carried, truth, window = carried_by(body((0.0, 0.0, DEPTH)), motion, PANEL, passband)
     assert abs(np.angle(np.vdot(truth[window.slices], carried[window.slices]))) < 0.05
+
+
+@pytest.mark.parametrize("angle", [5e-4, -5e-4])
+def test_fringes_along_y_become_those_of_the_new_depth(angle: float) -> None:
+    """Along x the method has its aberrations; along y the step in depth alone bends the fringe."""
+    aside, depth = 4e-3, 0.06
+    slm = SLM("high", 320, 360, 8.1e-6)
+    passband = coding_for("real", slm).passband
+    point = chrmc.PointCloud([[0, 0, depth]], [1.0], [0.0])
+    motion = Rotation((-aside, depth), angle)
+    after = moved(point, motion)
+    field, truth = (
+        chrmc.compute_field(cloud, slm, WAVELENGTH, passband=passband, method="rt")
+        for cloud in (point, after)
+    )
+    carried, _ = carry(field, point.centroid, motion, slm, WAVELENGTH, 0.05, FrameRecord(1))
+    middle = (slice(60, 300), slice(130, 190))
+    off = np.angle(carried[middle] * truth[middle].conj()).mean(axis=1)
+    bend = np.polyfit(slm.y()[middle[0]] / depth, off, 2)[0]
+    step = abs(after.positions[0, 2] - depth)
+    assert step == pytest.approx(aside * abs(angle), rel=1e-3)
+    # Left at its old depth the fringe would be bent by half of this.
+    assert abs(bend) < 0.1 * 2 * np.pi / WAVELENGTH * step
+
+
+def test_light_that_a_shift_carries_off_the_panel_does_not_come_back_opposite() -> None:
+    passband = coding_for("real", PANEL).passband
+    field = chrmc.compute_field(
+        body((0.0, 0.0, DEPTH)), PANEL, WAVELENGTH, passband=passband, method="rt"
+    )
+    for columns, rows in ((200, 0), (-200, 0), (0, 100), (0, -100)):
+        motion = Translation((columns * PANEL.pixel_pitch, rows * PANEL.pixel_pitch, 0.0))
+        shifted = np.abs(translate(field, motion, PANEL, WAVELENGTH))
+        came_in = np.ones(PANEL.shape, dtype=bool)
+        came_in[max(rows, 0) : 240 + min(rows, 0), max(columns, 0) : 480 + min(columns, 0)] = False
+        assert shifted[came_in].max() < 1e-3 * shifted.max()
