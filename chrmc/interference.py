@@ -6,12 +6,19 @@ aperture's sinc and ψ_i = φ_i + k·|P_i − q|, q being the middle of the part
 it. Of Σ|…|² over all places, Σ_j a_i·a_j·cos(ψ_i − ψ_j)·s(between them) is point i's, a sinc being
 its own autocorrelation. Random phases average out in a cell of the map; equal ones leave parts of
 a line dark.
+
+Points that stand one behind the other interfere at the depths between them: two turns of a helix
+may be sharpest in the middle, where neither is. What a focal stack shows then is computed from the
+points, each a spectrum behind its part of the panel.
 """
 
+from math import prod
+
 import numpy as np
+import scipy.fft
 from numpy.typing import NDArray
 
-from chrmc.optics.footprint import reach
+from chrmc.optics.footprint import reach, taper
 from chrmc.optics.passband import Passband
 from chrmc.optics.resolution import depth_of_focus, resolution
 from chrmc.scene.points import PointCloud
@@ -23,16 +30,23 @@ _RESOLUTIONS = 3.0  # that a point's picture is followed away from it
 _LIKE = 0.5  # |mean of exp(iΔφ)| of points that follow each other, from which phases count as equal
 
 
+_MOST_SAMPLES = 6_000_000  # of a stack: about a second
+_ROOM = 1.25  # sides of the stack's grid over what is read of it, so that light goes off its edge
+
+
+def alike(cloud: PointCloud) -> bool:
+    """Whether points that follow each other are of one phase, and few enough to be followed."""
+    turns = np.exp(1j * np.diff(cloud.phase))
+    return 1 < len(cloud) <= MOST_POINTS and abs(turns.mean()) >= _LIKE
+
+
 def light_left(
     cloud: PointCloud, slm: SLM, wavelength: float, passband: Passband
-) -> NDArray[np.float64] | None:
-    """(N,) light of each point among its neighbours; None where phases are random.
+) -> NDArray[np.float64]:
+    """(N,) light of each point among its neighbours, for points that are `alike`.
 
     A point may have less than none: the sum over some resolutions is what a picture shows.
     """
-    turns = np.exp(1j * np.diff(cloud.phase))
-    if not 1 < len(cloud) <= MOST_POINTS or abs(turns.mean()) < _LIKE:
-        return None
     from scipy.spatial import cKDTree
 
     places, z = cloud.positions[:, :2], float(cloud.centroid[2])
@@ -61,3 +75,56 @@ def light_left(
     for ends_of in near.T:
         light = light + np.bincount(ends_of, shared, len(cloud))
     return light
+
+
+def sharpness_shown(
+    cloud: PointCloud,
+    slm: SLM,
+    wavelength: float,
+    passband: Passband,
+    centre: tuple[float, float],
+    shape: tuple[int, int],
+    cell: float,
+    depths: NDArray[np.float64],
+) -> NDArray[np.float64] | None:
+    """(D, rows, columns) ΣI²/(ΣI)² of square cells, as the points' picture has it at some depths.
+
+    centre : (y, x) of the cells, metres; shape : rows and columns of cells; cell : side, metres
+    Every point is as bright as its amplitude says, however much of the panel shows it. None where
+    that would be more samples than are worth it.
+    """
+    parts = max(4, round(cell / slm.pixel_pitch))
+    sides = [scipy.fft.next_fast_len(int(_ROOM * n * parts)) for n in shape]
+    if prod(sides) * len(depths) > _MOST_SAMPLES:
+        return None
+    pitch, z = cell / parts, cloud.positions[:, 2]
+    middle = float(cloud.centroid[2])
+    waves, steps = [], []
+    for side, n, at, place, pixels, f_max in (
+        (sides[0], shape[0], centre[0], 1, slm.height, passband.fy_max),
+        (sides[1], shape[1], centre[1], 0, slm.width, passband.fx_max),
+    ):
+        f = scipy.fft.fftfreq(side, pitch)
+        slope = wavelength * f
+        cosine = np.sqrt(np.maximum(1 - slope**2, 1e-12))
+        # The part of the panel that a frequency of the point goes through.
+        away, own = z[:, None] * slope / cosine, cloud.positions[:, place, None]
+        wave = taper(away, z[:, None] * reach(wavelength, f_max)).astype(np.complex128)
+        wave *= np.abs(own + away) <= pixels * slm.pixel_pitch / 2
+        wave *= slope**2 < 1
+        wave /= np.sqrt((np.abs(wave) ** 2).sum(axis=1, keepdims=True)) + 1e-150
+        steps.append((cosine - 1) / wavelength)
+        first = at - (n * parts - 1) / 2 * pitch
+        wave *= np.exp(2j * np.pi * ((z[:, None] - middle) * steps[-1] - f * (own - first)))
+        waves.append(wave)
+    turn = 2 * np.pi * np.mod((z - middle) / wavelength, 1) + cloud.phase
+    both = (waves[0] * (cloud.amplitude * np.exp(1j * turn))[:, None]).T @ waves[1]
+    out = np.empty((len(depths), *shape))
+    for depth, found in zip(depths, out, strict=True):
+        back = [np.exp(2j * np.pi * (middle - depth) * step) for step in steps]
+        field = scipy.fft.ifft2(both * back[0][:, None] * back[1])
+        shown = np.abs(field[: shape[0] * parts, : shape[1] * parts]) ** 2
+        blocks = shown.reshape(shape[0], parts, shape[1], parts)
+        light = blocks.sum(axis=(1, 3))
+        found[:] = (blocks**2).sum(axis=(1, 3)) / (light + light.mean() * 1e-9 + 1e-150) ** 2
+    return out

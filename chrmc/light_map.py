@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.interference import light_left
+from chrmc.interference import alike, light_left, sharpness_shown
 from chrmc.optics.passband import Passband
 from chrmc.optics.resolution import depth_of_focus, resolution
 from chrmc.scene.points import FARTHEST, PointCloud
@@ -30,6 +30,7 @@ MIXED = 0.2
 """Share of the light, in cells deeper than the depth of focus, from which layers are kept."""
 MOST_LAYERS = 32
 """Layers of depth that a map tells apart."""
+_STEPS = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,11 +111,17 @@ class LightMap:
             layer = np.minimum((p[:, 2] - low[2]) / size * parts, parts - 1).astype(np.intp)
             layers = summed(share, layer, parts)
             layers[:, lit] /= light[lit]
-        left = light_left(cloud, slm, wavelength, passband)
-        if left is not None:
-            shown = np.maximum(summed(left)[0], 0)
-            light = shown / shown.sum() if shown.any() else light
         middle, ends = (float(centre[1]), float(centre[0])), (float(low[2]), float(high[2]))
+        if alike(cloud):
+            shown = np.maximum(summed(light_left(cloud, slm, wavelength, passband))[0], 0)
+            light = shown / shown.sum() if shown.any() else light
+            if layers is not None:
+                near = (np.arange(-2, len(layers) + 2) + 0.5) * size / len(layers)
+                optics = slm, wavelength, passband, middle, (counts[0], counts[1]), cell
+                sharp = sharpness_shown(cloud, *optics, low[2] + near)
+                if sharp is not None:
+                    foci = depth_of_focus(slm, wavelength, depth, passband)
+                    layers = _as_layers(sharp, layers, focus_lost(near[:, None] - near[2:-2], foci))
         return cls(cell, middle, light, deep + depth, spread, layers, ends)
 
     def as_record(self) -> dict[str, Any]:
@@ -168,6 +175,37 @@ class LightMap:
                 raise ValueError("an object's map of light cannot be read (its layers)")
             layers = layers / np.maximum(layers.sum(axis=0), 1e-9)
         return cls(cell, (y, x), light / light.sum(), depth, levels[2] * widest, layers, ends)
+
+
+def focus_lost(
+    away: NDArray[np.float64], depths_of_focus: tuple[float, float]
+) -> NDArray[np.float64]:
+    """ΣI² of a point's picture at some distances from its focus, metres, over that in focus."""
+    widths = [1 / np.sqrt(1 + (2 * away / d) ** 2) for d in depths_of_focus]
+    lost: NDArray[np.float64] = widths[0] * widths[1]
+    return lost
+
+
+def _as_layers(
+    sharp: NDArray[np.float64], layers: NDArray[np.float64], focus: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Shares of light that would make cells as sharp as they are, if layers did not interfere.
+
+    sharp : (D, rows, columns); layers : (L, rows, columns) shares by the points' places
+    focus : (D, L) sharpness at the depths of light in the layers
+
+    By multiplicative steps (Richardson and Lucy), which leave shares positive.
+    """
+    wanted = sharp - sharp.min(axis=0)
+    lit = layers.sum(axis=0) > 0
+    goal = wanted[:, lit] / np.maximum(wanted[:, lit].sum(axis=0), 1e-300)
+    found = layers[:, lit] + 1 / len(layers)
+    for _ in range(_STEPS):
+        found *= focus.T @ (goal / np.maximum(focus @ found, 1e-300))
+        found /= focus.sum(axis=0)[:, None]
+    out = np.zeros_like(layers)
+    out[:, lit] = found / np.maximum(found.sum(axis=0), 1e-300)
+    return out
 
 
 def _packed(levels: NDArray[np.float64]) -> str:

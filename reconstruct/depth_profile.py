@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.light_map import LightMap
+from chrmc.light_map import LightMap, focus_lost
 from reconstruct.focus import Cells
 
 Floats = NDArray[np.float64]
@@ -34,7 +34,7 @@ def profile_likeness(
 
     def likeness(stretch: float, offset: float) -> Floats:
         away = cells.depths[:, None] - (middle + offset + stretch * (at - middle))
-        focus = np.prod([1 / np.sqrt(1 + (2 * away / d) ** 2) for d in depths_of_focus], axis=0)
+        focus = focus_lost(away, depths_of_focus)
         alike: Floats = (_normal(np.tensordot(focus, held, 1)) * found).sum(axis=0)
         return expected.light * alike
 

@@ -7,7 +7,7 @@ import pytest
 
 from chrmc import SLM, PointCloud, compute_field
 from chrmc.encoding import coding_for
-from chrmc.interference import light_left
+from chrmc.interference import alike
 from chrmc.light_map import MOST_LAYERS, LightMap
 from chrmc.optics.resolution import resolution
 from display import encode
@@ -56,6 +56,22 @@ def test_turns_that_overlap_tell_their_depths(stretch, says, random):
     assert abs(found.depth_error) < 0.1e-3
 
 
+@pytest.mark.parametrize("way", [0.0, 0.5, 0.75])
+def test_turns_that_stand_one_behind_the_other_interfere_between_their_depths(way):
+    """Points of both turns lie on one line of sight: the picture is bright or dark between them."""
+    both = helix(2, 101, depth=1.1e-3 + way * LAMBDA)
+    target = Target.of_cloud("helix", both, SYSTEM)
+    for stretch, says in ((1, ""), (0, "relief is flat")):
+        middle = np.array([0, 0, 0.07])
+        made = PointCloud(
+            middle + (both.positions - middle) * (1, 1, stretch), both.amplitude, both.phase
+        )
+        found = judge_frame(shown(made), SYSTEM, [target], 40e-6).objects[0]
+        assert says in "; ".join(found.faults) and found.passed == (not says)
+        assert found.shape.relief == pytest.approx(stretch, abs=0.15)
+        assert abs(found.depth_error) < 0.05e-3
+
+
 @pytest.mark.parametrize(
     ("relief", "gain", "fails", "doubted"),
     [(0.0, 4.0, True, False), (0.0, 1.0, False, True), (1.2, 0.0, False, False)],
@@ -73,6 +89,8 @@ def test_layers_survive_the_record():
     assert len(json.dumps(record)) < 6000
     assert np.abs(again.layers - light.layers).max() < 0.01
     assert again.layer_depths == pytest.approx(light.layer_depths)
+    random = helix(2, 150, phase=np.random.default_rng(1).uniform(0, 6.28, 150))
+    light = LightMap.of_cloud(random, PANEL, LAMBDA, BAND)
     shares = (light.layers * light.light).sum(axis=(1, 2))
     assert shares @ light.layer_depths == pytest.approx(0.07, abs=2e-5)
     for layers in ({"ends": [1, 0]}, {"data": "AAAA"}, {"ends": [0.1, 1e300]}, {"ends": [1]}):
@@ -94,7 +112,7 @@ def test_neighbours_of_one_phase_leave_the_light_that_the_picture_shows():
     seen = at_depths(cells.light, cells.depths, light.depth)
     phase = np.random.default_rng(1).uniform(0, 6.28, len(ring))
     plain = PointCloud(ring.positions, ring.amplitude, phase)
-    assert light_left(plain, PANEL, LAMBDA, BAND) is None
+    assert alike(ring) and not alike(plain)
     alone = LightMap.of_cloud(plain, PANEL, LAMBDA, BAND).light
     assert correlation(seen, light.light) > 0.95
     assert correlation(seen, alone) < 0.85
