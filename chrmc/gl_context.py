@@ -1,7 +1,9 @@
-"""OpenGL contexts, made in one way for everything that draws: on a window or off screen."""
+"""OpenGL contexts and programs, made in one way for all that draws, on a window or off screen."""
 
 import sys
 from typing import TYPE_CHECKING, Any
+
+from chrmc.interrupts import interrupts_wait
 
 if TYPE_CHECKING:
     import moderngl
@@ -37,3 +39,9 @@ def headless_context() -> "moderngl.Context":
             f"no headless OpenGL through EGL ({str(error).strip() or type(error).__name__}): on "
             "Debian or Ubuntu install the packages libegl1, libgl1 and libgl1-mesa-dri"
         ) from error
+
+
+def make_program(context: "moderngl.Context", vertex: str, fragment: str) -> "moderngl.Program":
+    """The shaders as a program of this context."""
+    with interrupts_wait():  # moderngl's C code calls Python for every uniform
+        return context.program(vertex_shader=vertex, fragment_shader=fragment)

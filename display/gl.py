@@ -12,7 +12,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.gl_context import headless_context
+from chrmc.gl_context import headless_context, make_program
 
 CHANNELS = {
     "all": (1.0, 1.0, 1.0),
@@ -131,7 +131,7 @@ class Painter:
         self.trigger = trigger
         context.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         context.disable_direct(_DITHER)
-        self._program = context.program(vertex_shader=_VERTEX, fragment_shader=_FRAGMENT)
+        self._program = make_program(context, _VERTEX, _FRAGMENT)
         self._triangle = context.vertex_array(self._program, [])
         self._textures: dict[int, moderngl.Texture] = {}
         self._texture = self._texture_of(1)

@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 _EVERY = 0.005  # seconds between looks at the windows
+_LONGEST = 30.0  # seconds that opening one may take: GLFW must not be ended in the middle of it
 
 
 class Home:
@@ -57,7 +58,7 @@ class Home:
         """End the thread."""
         if self._thread is not None:
             self._calls.put(None)
-            self._thread.join(5.0)
+            self._thread.join(_LONGEST)
 
     def _work(self) -> None:
         while True:

@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.gl_context import make_program
 from reconstruct.viewer.shade import DECADES, DIVERGING, ENTRIES, MODES, Look, colour_table
 from reconstruct.viewer.view import Rectangle, View
 
@@ -171,7 +172,7 @@ class Canvas:
             head = [f"const int {n} = {v};" for n, v in zip(names, key, strict=True)]
             head += [f"#define DECADES {DECADES}", f"#define ENTRIES {ENTRIES}"]
             source = "\n".join(["#version 330", *head, _FRAGMENT])
-            program = self.context.program(vertex_shader=_VERTEX, fragment_shader=source)
+            program = make_program(self.context, _VERTEX, source)
             self._programs[key] = (program, self.context.vertex_array(program, []))
         return self._programs[key]
 

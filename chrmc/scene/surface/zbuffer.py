@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.gl_context import headless_context
+from chrmc.gl_context import headless_context, make_program
 
 _VERTEX = """
 #version 330
@@ -62,7 +62,7 @@ class ZBuffer:
         height, width = shape
         if not self._parts:
             self._parts["context"] = context = headless_context()
-            self._parts["program"] = context.program(_VERTEX, _FRAGMENT)
+            self._parts["program"] = make_program(context, _VERTEX, _FRAGMENT)
             self._parts["index"] = context.buffer(self._faces)
         context, program = self._parts["context"], self._parts["program"]
         largest = context.info["GL_MAX_TEXTURE_SIZE"]

@@ -1,0 +1,67 @@
+"""Interrupts in the middle of what must not be broken off."""
+
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from chrmc.interrupts import interrupts_wait
+
+# A signal while moderngl's C code is in Python: it takes no exception there.
+_IN_THE_SHADERS = """
+import signal, sys
+from chrmc.gl_context import headless_context, make_program
+from display.gl import _FRAGMENT, _VERTEX
+
+def end(number, frame):
+    raise KeyboardInterrupt
+
+def look(frame, event, _):
+    if event == "call" and frame.f_code.co_name == "make_attribute":
+        sys.setprofile(None)
+        print("in the middle")
+        signal.raise_signal(signal.SIGTERM)
+
+signal.signal(signal.SIGTERM, end)
+context = headless_context()
+sys.setprofile(look)
+try:
+    make_program(context, _VERTEX, _FRAGMENT)
+except KeyboardInterrupt:
+    print("ended")
+"""
+
+
+def test_a_signal_while_shaders_are_made_ends_the_program_politely() -> None:
+    done = subprocess.run([sys.executable, "-c", _IN_THE_SHADERS], capture_output=True, text=True)
+    assert (done.returncode, done.stdout.split("\n")) == (0, ["in the middle", "ended", ""])
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_interrupts_come_once_at_the_end(name: str) -> None:
+    number = getattr(signal, name)
+    came: list[str] = []
+    before = signal.signal(number, lambda *_: came.append("signal"))
+    try:
+        with interrupts_wait():
+            signal.raise_signal(number)
+            signal.raise_signal(number)
+            came.append("done")
+        assert came == ["done", "signal"]
+        with pytest.raises(OSError, match="own"), interrupts_wait():
+            raise OSError("own")
+        signal.raise_signal(number)
+        assert came == ["done", "signal", "signal"]
+    finally:
+        signal.signal(number, before)
+
+
+def test_what_the_caller_ignores_stays_ignored() -> None:
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        with interrupts_wait():
+            signal.raise_signal(signal.SIGTERM)
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGTERM, before)
