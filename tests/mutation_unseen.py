@@ -41,6 +41,14 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     "chrmc/compensation/ch_rmc_object/cost.py": [
         (f"_{name} = ", "", "a weight of a count, as measured: how long, not what")
         for name in ("CHOSEN", "SOME", "KEY", "FEW", "CHOOSE", "FOUND_OUT", "LOOK_UP", "WAVE")
+    ] + [
+        ("outline = outline_of(body.select(", "1 → 2", "points that stand for an outline"),
+        *((f"{kind}=max(fresh.", "0.0 → 1.0", "one of millions")
+          for kind in ("products", "bytes", "calls")),
+        ("return len(cloud), *np.rint(8", "8 → 9", "how like are alike"),
+        ("return len(cloud), *np.rint(8", "1e-9 → 2e-09", "the same"),
+        ("return len(cloud), *np.rint(8", "8 * np.log(np.maximum(lengths, 1e-9)) → "
+         "(8 / np.log(np.maximum(lengths, 1e-09)))", "the same"),
     ],
     "chrmc/compensation/ch_rmc_object/plan.py": [
         ("k = np.arange(_DIRECTIONS) + 0.5", "0.5 → 1.0", "a half of 200 directions, with room"),

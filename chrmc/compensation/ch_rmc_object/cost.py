@@ -124,8 +124,9 @@ def cost(
             choice = choose(plan, outline, poses, plane, aim)
             chosen.append((len(obj.cloud), choice))
         else:
-            choice = min(chosen, key=lambda c: abs(c[0] - len(obj.cloud)))[1]
-            choice = replace(choice, why=f"as for a body of {chosen[-1][0]} points: {choice.why}")
+            # The smallest of them: the others have fewer points still.
+            count, choice = chosen[-1]
+            choice = replace(choice, why=f"as for a body of {count} points: {choice.why}")
         if choice.parts is None:
             afresh(f"afresh: {choice.why}", choosing, choice.frames)
             continue

@@ -11,8 +11,14 @@ from scipy.spatial.transform import Rotation
 
 from chrmc import LC_R_1080, WAVELENGTH, PointCloud
 from chrmc.cgh.curved.interface import cost_of, plane_of
-from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, Choice, choose
-from chrmc.compensation.ch_rmc_object.cost import cost
+from chrmc.compensation.ch_rmc_object.choice import (
+    MOST_VALUES,
+    Choice,
+    Patience,
+    choose,
+    poses_ahead,
+)
+from chrmc.compensation.ch_rmc_object.cost import cost, looked_at
 from chrmc.compensation.ch_rmc_object.plan import outline_of, planned
 from chrmc.encoding import coding_for
 from chrmc.scene.point_scene import PointScene
@@ -162,3 +168,70 @@ def test_what_is_done_with_each_object_and_what_it_takes() -> None:
     for one in (turns, several, few):
         # Finding out how is paid once.
         assert one.key.calls > 2 * one.later.calls
+
+
+def test_what_objects_that_are_looked_up_take() -> None:
+    """The choice is worked out for the two largest; the third is taken as the second."""
+    turns = {"many": 5e-3, "some": 2e-3, "wider": 5e-3}
+    bodies = {"many": body(30_000, SMALL), "some": body(12_000, SMALL),
+              "wider": body(12_000, (4e-3, 2e-3, SMALL[2]))}  # fmt: skip
+    poses = {
+        name: [Pose.from_rotvec([0, turn * k, 0], [aside, 5e-4, 0.25]) for k in range(80)]
+        for (name, turn), aside in zip(turns.items(), (-3e-3, 0, 3e-3), strict=True)
+    }
+    scene = PointScene("three", bodies, poses)
+    coding = coding_for("ssb", LC_R_1080)
+    objects = scene.frame(1).objects
+    found = cost(scene, objects, range(2, 81), LC_R_1080, WAVELENGTH, coding, tolerance=1e-3)
+    assert [one.how.split(": ")[0] for one in found] == [
+        "1 part for up to 80 frames, each at 0.32 of what it would cost afresh",
+        "1 part for up to 80 frames, each at 0.4 of what it would cost afresh",
+        "as for a body of 12000 points",
+    ]
+    for one, key, later in zip(
+        found,
+        [(1.666e8, 3.080e8, 1.535e8, 7e5), (1.942e10, 9.016e7, 2.105e9, 565_900),
+         (5.202e10, 1.374e8, 7.844e9, 879_800)],
+        [(1.666e8, 8.469e6, 8.974e6, 23_020), (8.772e8, 3.297e6, 8.085e7, 22_771),
+         (2.105e9, 4.989e6, 2.901e8, 36_014)],
+        strict=True,
+    ):  # fmt: skip
+        assert one.serves == 80
+        for counts, wanted in ((one.key, key), (one.later, later)):
+            in_all = counts.products, counts.phasors, counts.bytes, counts.calls
+            assert in_all == pytest.approx(wanted, rel=1e-2)
+        # Of 200 frames three are key frames.
+        assert one.mean(200).calls == pytest.approx((3 * key[3] + 197 * later[3]) / 200, rel=1e-2)
+    # Of many points every eighth frame is looked at.
+    assert [looked_at(points, 1e-3) for points in (5000, 5001)] == [5000 * 6, 5001 * 6 / 8]
+
+
+def test_poses_are_asked_for_600_frames_ahead_or_until_there_are_none() -> None:
+    here = [Pose.from_rotvec([0, 0.01 * k, 0], [0, 0, 0.2]) for k in range(700)]
+    scene = PointScene("long", {"body": body(5, SMALL)}, {"body": here})
+    (obj,) = scene.frame(1).objects
+    found = poses_ahead(scene, obj, range(2, 701))
+    assert len(found) == 600 and found[-1].same_as(here[600])
+    assert len(poses_ahead(scene, obj, range(650, 701))) == 51
+
+    class Lost(PointScene):
+        def pose(self, name: str, number: int) -> Pose | None:  # type: ignore[override]
+            return here[0] if number < 5 else None
+
+    assert len(poses_ahead(Lost("lost", scene.bodies, scene.poses), obj, range(2, 9))) == 3
+
+
+def test_what_does_not_pay_is_thought_of_again_twice_as_late_each_time() -> None:
+    patience = Patience()
+    assert patience.over("car", 1)
+    patience.put_off("car", 1, 64)
+    assert [patience.over("car", n) for n in (64, 65)] == [False, True]
+    patience.put_off("car", 65, 64)
+    assert [patience.over("car", n) for n in (192, 193)] == [False, True]
+    assert patience.over("house", 2)
+    patience.put_off("car", 193, 8)
+    assert [patience.over("car", n) for n in (448, 449)] == [False, True]
+    patience.end("car")
+    assert patience.over("car", 200)
+    patience.put_off("car", 200, 8)
+    assert [patience.over("car", n) for n in (207, 208)] == [False, True]
