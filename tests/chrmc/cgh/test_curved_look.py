@@ -8,6 +8,7 @@ import pytest
 from chrmc import SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
 from chrmc.cgh.curved import verify
+from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Line
 from chrmc.optics.passband import UNLIMITED
 from chrmc.reference import reference_field, relative_error
@@ -69,6 +70,6 @@ def test_more_pixels_are_drawn_where_few_leave_it_open(
         pixels.append(len(x))
         return np.full(len(x), 1 + error, dtype=complex)
 
-    lines = Line(0.0, 1.0, 30), Line(0.0, 1.0, 20)
-    found = lattice.error(exact, lines, 10_000, 1e-3, expected)
+    plane = Plane(Line(0.0, 1.0, 30), Line(0.0, 1.0, 20), WAVELENGTH, (1.0, 1.0))
+    found = lattice.error(exact, plane, 10_000, 1e-3, expected)
     assert found == pytest.approx(error, rel=0.2) and pixels == drawn

@@ -147,11 +147,11 @@ def test_views_ahead_hold_the_places_that_later_frames_read(place: tuple[float, 
         LC_R_1080, WAVELENGTH, Window.full(LC_R_1080), coding_for("ssb", LC_R_1080).passband
     )
     outline = outline_of(points)
-    plans = [planned(frame, outline, plane.lines, plane, 1e-3) for frame in frames]
+    plans = [planned(frame, outline, plane, 1e-3) for frame in frames]
     poses = [frame.pose for frame in frames if frame.pose is not None]
     to_chart, centres = mean_rotation(poses), np.zeros(3)
-    views = views_ahead(plans[0], outline, poses, to_chart, centres, plane.lines, plane, 0.0)
-    wider = views_ahead(plans[0], outline, poses, to_chart, centres, plane.lines, plane, 1e-3)
+    views = views_ahead(plans[0], outline, poses, to_chart, centres, plane, 0.0)
+    wider = views_ahead(plans[0], outline, poses, to_chart, centres, plane, 1e-3)
     for k, (pose, plan) in enumerate(zip(poses, plans, strict=True)):
         x, y = (reading.places for reading in plan.readings)
         ends = np.meshgrid([x.min(), x.max()], [y.min(), y.max()], 0.0)
