@@ -4,6 +4,8 @@ import errno
 import hashlib
 import json
 import os
+import stat
+import tomllib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -77,10 +79,30 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} has no place in JSON")
 
 
+def read_text(path: Path) -> str:
+    """A file's text; OSError for what is no file (a device never ends), ValueError for no text."""
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise OSError(f"{path} is no file: name one")
+    try:
+        return path.read_text("utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"{path} is no text in UTF-8") from None
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Content of a TOML file; OSError or ValueError in one line."""
+    try:
+        return tomllib.loads(read_text(path))
+    except FileNotFoundError:
+        raise FileNotFoundError(f"{path} is missing") from None
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{path} is no TOML: {' '.join(str(error).split())[:200]}") from None
+
+
 def read_json(path: Path, what: str) -> Any:
     """Content of a JSON file; OSError or ValueError in one line that calls it `what`."""
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return json.loads(read_text(path))
     except NotADirectoryError:
         raise NotADirectoryError(f"{path.parent} is a file, no {what}: name the folder") from None
     except FileNotFoundError:

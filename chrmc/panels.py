@@ -14,11 +14,10 @@ A panel's file says what its data sheet says:
 
 import os
 import sys
-import tomllib
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
 
+from chrmc.files import read_toml
 from chrmc.slm import LC_R_1080, SLM
 
 
@@ -158,10 +157,7 @@ def panel_named(text: str) -> Panel | None:
 
 def read_panel(path: Path) -> Panel:
     """The panel of a TOML file; OSError or ValueError, in one line, for a bad one."""
-    try:
-        values: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path} is no TOML: {error}") from None
+    values = read_toml(path)
     unknown = [key for key in values if key not in _KEYS]
     if unknown:
         raise ValueError(f"{path}: no such key {unknown[0]!r}; a panel has {', '.join(_KEYS)}")

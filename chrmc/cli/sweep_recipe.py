@@ -1,6 +1,5 @@
 """A sweep's recipe, a TOML file, and the cases that it means."""
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from itertools import product
 from pathlib import Path
@@ -12,6 +11,7 @@ from chrmc.cli.arguments import FrameRange, Setting, SLMType
 from chrmc.cli.check import FrameList
 from chrmc.cli.lengths import WAVELENGTH, parse_length
 from chrmc.encoding import CODINGS, coding_for
+from chrmc.files import read_toml
 from chrmc.options import meant
 from chrmc.panels import encoding_for
 from chrmc.ranges import real, short
@@ -25,12 +25,7 @@ METHOD = ("name", "cgh", "compensation", "surface", "set")
 
 def read_recipe(path: Path) -> list[Case]:
     """The cases of a recipe, scene by scene; OSError or ValueError in one line for a bad one."""
-    try:
-        content = tomllib.loads(path.read_text("utf-8"))
-    except FileNotFoundError:
-        raise FileNotFoundError(f"{path} is missing") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ValueError(f"{path} is no TOML: {' '.join(str(error).split())}") from None
+    content = read_toml(path)
     try:
         return _cases(content, path.parent)
     except (ValueError, click.BadParameter) as error:

@@ -124,13 +124,13 @@ def _place(words: str) -> tuple[Path | None, str]:
 def _files(path: Path) -> list[Path]:
     """A file or folder with all that belongs to it, in a fixed order."""
     from chrmc.scene.sources.beside import beside
-    from chrmc.scene.sources.world_toml import read_toml
+    from chrmc.scene.sources.world_toml import read_world
 
     if path.is_dir():
         return sorted(p for p in path.rglob("*") if p.is_file() and not p.name.startswith("."))
     if path.suffix.lower() != ".toml":
         return [path, *beside(path)]
-    inner = read_toml(path).files
+    inner = read_world(path).files
     # A scene.toml cannot hold another one, whatever it says.
     return [path, *(p for f in inner for p in (_files(f) if f.suffix.lower() != ".toml" else [f]))]
 

@@ -3,6 +3,7 @@
 import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -154,7 +155,8 @@ def numbered(folder: Path) -> list[Path]:
             f"{folder} holds no .exr frames: put frame_0001.exr and so on beside scene.json"
         )
     first, last = min(numbered), max(numbered)
-    missing = [n for n in range(first, last + 1) if n not in numbered]
+    # A number may be of any size: the first gaps are found within as many as there are files.
+    missing = list(islice((n for n in range(first, last + 1) if n not in numbered), 6))
     if missing:
         names = ", ".join(str(n) for n in missing[:5]) + (" …" if len(missing) > 5 else "")
         raise ValueError(

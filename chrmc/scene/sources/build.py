@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Pose
 from chrmc.scene.sources import read_model
-from chrmc.scene.sources.model import UP, Model, body_positions
+from chrmc.scene.sources.model import MOST_FRAMES, UP, Model, body_positions
 from chrmc.scene.sources.poses import poses_from_csv
 from chrmc.scene.sources.volume import BODY_SHARE, DEPTH, box, cell, outside
 from chrmc.scene.sources.world import Entry, World
@@ -22,6 +22,8 @@ from chrmc.slm import SLM, WAVELENGTH
 
 DENSITY = 0.5
 """Resolution cells per point, unless told otherwise: a little denser than the SLM resolves."""
+TINY = 1e-30
+"""Size in a file's unit that counts as none: what it would have to be enlarged by is no number."""
 RATE = 60.0
 """Frames per second at which tracks are taken, unless told otherwise."""
 MM = 1e3
@@ -103,7 +105,7 @@ def _placed(
     if entry.scale is not None:
         scale = entry.scale
     elif entry.size is not None:
-        scale = entry.size / largest if largest > 0 else 1.0
+        scale = entry.size / largest if largest > TINY else 1.0
     elif not model.in_place:
         scale = _fitting(high - low, box(slm, wavelength, z), model.flat)
     place = np.array([x or 0.0, y or 0.0, z])
@@ -167,9 +169,9 @@ def compose(after: Pose, before: Pose) -> Pose:
 def _fitting(size: NDArray[np.float64], shown: tuple[float, float], flat: bool) -> float:
     """Metres per unit at which something fills its share of what is shown."""
     if flat:
-        return min(side / s for side, s in zip(shown, size, strict=False) if s > 0)
+        return min(side / s for side, s in zip(shown, size, strict=False) if s > TINY)
     largest = float(size.max())
-    return BODY_SHARE * min(shown) / largest if largest > 0 else 1.0
+    return BODY_SHARE * min(shown) / largest if largest > TINY else 1.0
 
 
 def _motion(
@@ -184,7 +186,7 @@ def _motion(
     if motion.kind == "turntable":
         axis = np.array(motion.axis) / np.linalg.norm(motion.axis)
         whole = abs(360 / motion.degrees) if motion.degrees else 1
-        frames = world.frames or max(1, min(round(whole), 100_000))
+        frames = world.frames or max(1, min(round(whole), MOST_FRAMES))
         turns = Rotation.from_rotvec(
             np.radians(motion.degrees) * np.arange(frames)[:, None] * axis
         ).as_matrix()

@@ -78,8 +78,9 @@ def camera_of(
     elif not inner and "fx" not in words and "pixel_pitch" in words:
         pitch, focal = value("pixel_pitch"), 1.0
     fx, fy = value("fx", default=focal), value("fy", default=focal)
-    if not (fx > 0 and fy > 0 and (pitch is None or pitch > 0)):
-        raise ValueError(f"{where}: fx and fy must be positive, not {fx:g} and {fy:g}")
+    for name, found in (("fx", fx), ("fy", fy), ("pixel_pitch", pitch)):
+        if found is not None:
+            number(found, f"{where}: {name}", positive=True)
     offset = words.get("offset")
     return Camera(
         fx,
@@ -97,8 +98,5 @@ def _unit(words: dict[str, Any], where: str, default: float | None) -> float:
     """Metres of one unit of depth: `depth_unit`, or `depth_scale` as units per metre (Open3D,
     TUM: 1000, 5000) or metres per unit (RealSense: 0.001)."""
     unit = words.get("depth_unit", words.get("depth_scale", default or 0.001))
-    if isinstance(unit, bool) or not isinstance(unit, int | float) or not unit > 0:
-        raise ValueError(f"{where}: depth_unit must be metres per unit, such as 0.001")
-    if "depth_unit" not in words and unit > 1:
-        return 1 / float(unit)
-    return float(unit)
+    found = number(unit, f"{where}: depth_unit, metres per unit,", positive=True)
+    return 1 / found if "depth_unit" not in words and found > 1 else found

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.colour import LUMINANCE, hue, linear
+from chrmc.files import read_text
 from chrmc.scene.points import PointCloud
 from chrmc.scene.sources.model import Model, only_line
 
@@ -20,6 +21,10 @@ NAMES = {
     "phase": ("phase", "phi"),
 }
 """What columns are called."""
+MOST_EMPTY = 100
+"""Cells of a table for each that is there: one long row would make room for as many in all."""
+MOST_BYTES = 1 << 31
+"""Of the arrays of an .npz: some megabytes may unpack to any size."""
 _COLOURS = (("r", "red"), ("g", "green"), ("b", "blue"))
 
 
@@ -36,15 +41,20 @@ def cloud_of(
     positions : (N, 3); intensity, amplitude : (N,) ≥ 0; phase : (N,) radians
     colour : (N, 3) sRGB 0 … 1, whose luminance is the intensity where none is given
     """
-    place = np.asarray(positions, dtype=np.float64).reshape(-1, 3)
+    place = _real("positions", positions).reshape(-1, 3)
     finite = np.asarray(np.isfinite(place).all(axis=1))
     shown = None
     if colour is not None:
-        rgb = linear(np.nan_to_num(np.asarray(colour, np.float64)))
-        shown = hue(np.clip(rgb, 0, None))
+        srgb = np.nan_to_num(_real("colours", colour))
+        if srgb.size and not (srgb.min() >= 0 and srgb.max() <= 1):
+            raise ValueError(
+                f"colours run from {srgb.min():g} to {srgb.max():g}; they are 0 to 1, or 0 to 255"
+            )
+        rgb = linear(srgb)
+        shown = hue(rgb)
         intensity = rgb @ LUMINANCE if intensity is None else intensity
     if amplitude is None:
-        light = np.ones(len(place)) if intensity is None else np.asarray(intensity, np.float64)
+        light = np.ones(len(place)) if intensity is None else _real("intensity", intensity)
         if (light < 0).any():
             raise ValueError(f"intensity is negative (down to {light.min():.4g})")
         amplitude = np.sqrt(light)
@@ -52,6 +62,15 @@ def cloud_of(
         phase = np.random.default_rng(SEED).uniform(0, 2 * np.pi, len(place))
     cloud = PointCloud(np.where(finite[:, None], place, 0), amplitude, phase, shown)
     return cloud if finite.all() else cloud.select(finite)
+
+
+def _real(name: str, values: Any) -> NDArray[np.float64]:
+    """Real numbers as float64, be they NaN; ValueError for others."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiub":
+        raise ValueError(f"{name} are {array.dtype}: real numbers are needed")
+    with np.errstate(over="ignore"):
+        return array.astype(np.float64, copy=False)
 
 
 def read_cloud(path: Path) -> Model:
@@ -86,21 +105,23 @@ def read_cloud(path: Path) -> Model:
 
 def read_table(path: Path) -> tuple[list[str], NDArray[np.float64]]:
     """Names of the columns, if there, and (N, K) numbers; NaN where there is none."""
-    try:
-        text = path.read_text("utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"{path} is no text: points are lines of x y z") from None
+    text = read_text(path)
     lines = [line for line in text.splitlines() if line.strip() and line.lstrip()[0] not in "#%"]
     if not lines:
         raise ValueError(f"{path} holds no point; write lines of x y z")
-    if len(lines) > 1 and lines[0].strip().isdigit() and len(lines) - 1 >= int(lines[0]):
+    if len(lines) > 1 and lines[0].strip().isdecimal() and len(lines) - 1 >= int(lines[0]):
         lines = lines[1:]  # a count of points, as some programs begin their .xyz
-    rows = _split(lines)
+    try:
+        rows = _split(lines)
+    except csv.Error as error:
+        raise ValueError(f"{path} is no table: {error}") from None
     names: list[str] = []
     if any(_number(word) is None for word in rows[0][:3]):
         names = [word.strip().lower() for word in rows[0]]
         rows = rows[1:]
     width = len(names) or max((len(r) for r in rows), default=0)
+    if len(rows) * width > MOST_EMPTY * (1 + sum(map(len, rows))):
+        raise ValueError(f"{path} has a row of {width} columns where others have few: mend it")
     table = np.full((len(rows), width), np.nan)
     for k, row in enumerate(rows):
         for c, word in enumerate(row[:width]):
@@ -167,10 +188,10 @@ def read_npz(path: Path) -> Model:
     if "amplitude" in light:
         light.pop("intensity", None)
     shown = next((k for k in ("colors", "colours") if k in arrays), None)
-    if shown is not None:
-        colour = np.asarray(arrays[shown], np.float64)[:, :3]
-        light["colour"] = colour / (255 if colour.max(initial=0) > 1 else 1)
     try:
+        if shown is not None:
+            colour = _real("colours", arrays[shown])[:, :3]
+            light["colour"] = colour / (255 if colour.max(initial=0) > 1 else 1)
         return Model({path.stem: cloud_of(arrays["positions"], **light)})
     except (ValueError, IndexError) as error:
         raise ValueError(f"{path}: {only_line(error)}") from None
@@ -182,6 +203,11 @@ def load_arrays(path: Path) -> dict[str, NDArray[Any]]:
         raise FileNotFoundError(f"{path} is missing")
     try:
         with np.load(path, allow_pickle=False) as stored:
+            size = sum(part.file_size for part in stored.zip.infolist())
+            if size > MOST_BYTES:
+                raise OSError(
+                    f"it unpacks to {size / 1e9:.1f} GB, more than {MOST_BYTES / 1e9:.1f}"
+                )
             return {name: stored[name] for name in stored.files}
     except Exception as error:  # zip, header and pickle errors alike
         raise OSError(f"{path} cannot be read as .npz ({only_line(error)})") from None

@@ -15,7 +15,7 @@ from chrmc.scene.sources.build import Built, build
 from chrmc.scene.sources.export import is_export, read_export
 from chrmc.scene.sources.recording import is_recording, read_recording
 from chrmc.scene.sources.world import World, split_depth, world_of
-from chrmc.scene.sources.world_toml import read_toml
+from chrmc.scene.sources.world_toml import read_world
 from chrmc.slm import LC_R_1080, SLM
 
 PLANES = 256
@@ -91,7 +91,7 @@ def _world(words: Sequence[str]) -> World:
     toml = [w for w in words if Path(w).suffix.lower() == ".toml"]
     if toml and len(words) > 1:
         raise ValueError(f"{toml[0]} is a scene of its own: name it alone, and others inside it")
-    return read_toml(Path(toml[0])) if toml else world_of(list(words))
+    return read_world(Path(toml[0])) if toml else world_of(list(words))
 
 
 def pictures(built: Built, slm: SLM) -> Scene:

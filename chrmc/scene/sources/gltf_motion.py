@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from chrmc.scene.scene import Pose
-from chrmc.scene.sources.model import only_line
+from chrmc.scene.sources.model import MOST_FRAMES, only_line
 
 RATE = 24.0
 """Frames per second at which animations are sampled."""
-MOST_FRAMES = 100_000
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTH = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 

@@ -25,6 +25,12 @@ def read_mesh(path: Path) -> Model:
     Raises ValueError or OSError, in one line, for a file that holds nothing to show. Faces of no
     area and those with NaN or infinite corners are left out, and counted in the notes.
     """
+    # Coordinates whose squares are no numbers make faces without an area, which are left out.
+    with np.errstate(all="ignore"):
+        return _read(path)
+
+
+def _read(path: Path) -> Model:
     absent: list[str] = []
     scene = _load(path, absent)
     kind = path.suffix.lower()
@@ -123,11 +129,9 @@ def _load(path: Path, absent: list[str]) -> Any:
         def get(self, name: str) -> bytes:
             plain = name.strip().replace("\\", "/")
             for each in (plain, Path(plain).name):
-                try:
-                    found: bytes = super().get(each)
-                    return found
-                except (OSError, ValueError):
-                    continue
+                # A device or a pipe never ends.
+                if "\0" not in each and (path.parent / each).is_file():
+                    return (path.parent / each).read_bytes()
             absent.append(Path(plain).name)
             raise FileNotFoundError(name)
 

@@ -23,6 +23,10 @@ UP = {
 from the front, the side that looks along +z where y is up, and along −y where z is up."""
 
 
+MOST_FRAMES = 100_000
+"""Of a motion that a file describes."""
+
+
 @dataclass(frozen=True, eq=False)
 class Model:
     """A file's content.

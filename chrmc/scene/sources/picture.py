@@ -12,6 +12,7 @@ from chrmc.scene.surface.surface import Surface
 
 TEXT_HEIGHT = 200
 """Pixels of a line of text."""
+LONGEST_TEXT = 500
 
 
 def read_picture(path: Path) -> Model:
@@ -38,6 +39,8 @@ def text_picture(words: str) -> Model:
 
     if not words.strip():
         raise ValueError("text: says nothing; write text:HELLO")
+    if len(words) > LONGEST_TEXT:
+        raise ValueError(f"text: of {len(words)} letters; at most {LONGEST_TEXT} fit a panel")
     figure = Figure(figsize=(len(words) + 2, 2), dpi=TEXT_HEIGHT / 2, facecolor="black")
     figure.text(0.5, 0.5, words, color="white", fontsize=72, ha="center", va="center")
     canvas: Any = FigureCanvasAgg(figure)

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from chrmc.scene.scene import Pose
 from chrmc.scene.sources.cloud import find_column, read_table
+from chrmc.scene.sources.model import MOST_FRAMES
+from chrmc.scene.sources.world import LARGEST
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -44,6 +46,8 @@ def poses_from_csv(path: str | Path, fps: float = 60.0, unit: float = 1.0) -> li
     table = table[np.isfinite(table[:, used]).all(axis=1)]
     if not len(table):
         raise ValueError(f"{path} holds no row with all its numbers")
+    if np.abs(table[:, used]).max() > LARGEST:
+        raise ValueError(f"{path} holds {np.abs(table[:, used]).max():g}: at most {LARGEST:g}")
     time = table[:, column["time"]] / (fps if column["frames"] else 1.0)
     _, order = np.unique(time, return_index=True)
     table, time = table[order], time[order]
@@ -60,7 +64,13 @@ def poses_from_csv(path: str | Path, fps: float = 60.0, unit: float = 1.0) -> li
         )
     from scipy.spatial.transform import Slerp
 
-    at = time[0] + np.arange(int(np.floor((time[-1] - time[0]) * fps + 1e-6)) + 1) / fps
+    count = int(np.floor((time[-1] - time[0]) * fps + 1e-6)) + 1
+    if count > MOST_FRAMES:
+        raise ValueError(
+            f"{path} makes {count} frames at {fps:g} a second, more than {MOST_FRAMES}: take fewer "
+            "a second, or cut the track"
+        )
+    at = time[0] + np.arange(count) / fps
     at = np.minimum(at, time[-1])
     where = np.stack([np.interp(at, time, place[:, k]) for k in range(3)], axis=1)
     turns = Slerp(time, rotation)(at).as_matrix()

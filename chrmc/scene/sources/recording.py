@@ -5,7 +5,6 @@ TUM RGB-D set write them, or OpenEXR frames whose scene.json has a `camera`, `sc
 `depth_unit`.
 """
 
-import json
 import re
 from dataclasses import replace
 from math import ceil, sqrt
@@ -16,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.colour import LUMINANCE, hue, linear
-from chrmc.files import inside, read_json
+from chrmc.files import inside, read_json, read_text
 from chrmc.progress import progress
+from chrmc.ranges import short
 from chrmc.scene.exr import read_exr
 from chrmc.scene.points import PointCloud
 from chrmc.scene.read_folder import numbered
@@ -25,8 +25,9 @@ from chrmc.scene.scene_json import SCENE_FILE
 from chrmc.scene.sources.camera import Camera, camera_of
 from chrmc.scene.sources.frames import CloudScene
 from chrmc.scene.sources.images import read_samples
-from chrmc.scene.sources.model import Model
+from chrmc.scene.sources.model import MOST_FRAMES, Model
 from chrmc.scene.sources.volume import DEPTH, box, cell
+from chrmc.scene.sources.world import number
 from chrmc.scene.surface.recorded import Recorded
 from chrmc.slm import SLM, WAVELENGTH
 
@@ -38,8 +39,8 @@ TUM_SCALE = 1 / 5000
 TUM_CAMERA = (525.0, 525.0, 319.5, 239.5)
 Pair = tuple[Path, Path]
 """Colour and depth of one frame."""
-MOST_FRAMES = 100_000
-"""Of a recording with a gap in its time stamps."""
+CLOSEST = 1e-6
+"""Seconds between two frames."""
 PAIR_WITHIN = 0.02
 """Seconds between the stamps of a colour and a depth picture of one frame."""
 SEED = 20180917
@@ -154,7 +155,8 @@ def recorded_model(folder: Path) -> Model:
     rate, shown = None, np.arange(len(pairs))
     if len(stamps) > 1:
         since = np.array(stamps) - stamps[0]
-        rate = float(1 / np.quantile(np.diff(since), 0.5, method="lower"))
+        pause = max(float(np.quantile(np.diff(since), 0.5, method="lower")), CLOSEST)
+        rate = 1 / pause
         count = int(min(round(since[-1] * rate) + 1, MOST_FRAMES))
         # Half a frame early counts as in time.
         shown = np.searchsorted(since, (np.arange(count) + 0.5) / rate) - 1
@@ -183,11 +185,7 @@ def _camera(folder: Path, shape: tuple[int, ...]) -> Camera:
     path = next((folder / n for n in CAMERA_FILES if (folder / n).is_file()), None)
     if path is None:
         return Camera(*TUM_CAMERA, TUM_SCALE)
-    try:
-        content = json.loads(path.read_text("utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{path} is no JSON: {' '.join(str(error).split())}") from None
-    return camera_of(content, str(path), shape)
+    return camera_of(read_json(path, "recording"), str(path), shape)
 
 
 def _pairs(folder: Path) -> tuple[list[Pair], list[str], list[float]]:
@@ -221,14 +219,14 @@ def _pairs(folder: Path) -> tuple[list[Pair], list[str], list[float]]:
 def _listed(folder: Path, path: Path) -> dict[float, Path]:
     """Stamps and files of a list as the TUM set has it."""
     found: dict[float, Path] = {}
-    for line in path.read_text("utf-8").splitlines():
+    for line in read_text(path).splitlines():
         words = line.split()
         if len(words) < 2 or words[0].startswith("#"):
             continue
         try:
-            stamp = float(words[0])
+            stamp = number(float(words[0]), "a time stamp")
         except ValueError:
-            raise ValueError(f"{path}: {line!r} is no time stamp and file") from None
+            raise ValueError(f"{path}: {short(line)} is no time stamp and file") from None
         if (folder / words[1]).is_file():
             found[stamp] = folder / words[1]
     if not found:

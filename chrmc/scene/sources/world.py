@@ -4,10 +4,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from chrmc.ranges import Range, short
 from chrmc.scene.surface.shading import Lamp
 
 SHADINGS = ("diffuse", "unlit")
 MOTIONS = ("own", "turntable", "poses", "none")
+SMALLEST, LARGEST = 1e-12, 1e12
+"""Of numbers in a description of a scene: what is made of them stays a number."""
 
 
 @dataclass(frozen=True)
@@ -106,17 +109,15 @@ def _metres(text: str) -> float:
 
 
 def triple(value: Any, key: str) -> tuple[float, float, float]:
-    """Three finite numbers."""
+    """Three numbers."""
     if not isinstance(value, list | tuple) or len(value) != 3:
-        raise ValueError(f"{key} must be three numbers, not {value!r}")
+        raise ValueError(f"{key} must be three numbers, not {short(value)}")
     x, y, z = (number(v, key) for v in value)
     return x, y, z
 
 
 def number(value: Any, key: str, positive: bool = False) -> float:
-    """A finite number."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > 1e300:
-        raise ValueError(f"{key} must be a number, not {value!r}")
-    if value != value or (positive and not value > 0):
-        raise ValueError(f"{key} must be a {'positive ' if positive else ''}number, not {value!r}")
-    return float(value)
+    """A number as descriptions of scenes hold it: metres, degrees, pixels."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"{key} must be a number, not {short(value)}")
+    return Range(key, SMALLEST if positive else -LARGEST, LARGEST, unit="").of(value)

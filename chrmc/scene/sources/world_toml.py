@@ -1,11 +1,12 @@
 """`scene.toml`: a world of entries in a file that one edits by hand."""
 
-import tomllib
+from math import hypot
 from pathlib import Path
 from typing import Any
 
-from chrmc.files import replacing
-from chrmc.scene.sources.model import UP
+from chrmc.files import read_toml, replacing
+from chrmc.ranges import Count
+from chrmc.scene.sources.model import MOST_FRAMES, UP
 from chrmc.scene.sources.world import MOTIONS, SHADINGS, Entry, Turning, World, number, triple
 from chrmc.scene.surface.shading import Lamp
 
@@ -15,14 +16,9 @@ _ENTRY = ("file", "text", "name", "size", "scale", "up", "place", "turn", "motio
 _MOTION = ("kind", "axis", "degrees", "file", "scale")
 
 
-def read_toml(path: Path) -> World:
+def read_world(path: Path) -> World:
     """A scene.toml, its files beside it; OSError or ValueError in one line."""
-    if not path.is_file():
-        raise FileNotFoundError(f"{path} is missing")
-    try:
-        content = tomllib.loads(path.read_text("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path} is no TOML: {' '.join(str(error).split())}") from None
+    content = read_toml(path)
     try:
         return _world(content, path)
     except ValueError as error:
@@ -56,7 +52,7 @@ def _world(content: dict[str, Any], path: Path) -> World:
     return World(
         name=str(content.get("name", path.stem)),
         entries=entries,
-        frames=_whole(content, "frames"),
+        frames=_whole(content, "frames", MOST_FRAMES),
         rate=optional("rate"),
         wavelength=optional("wavelength"),
         shading=shading,
@@ -69,13 +65,8 @@ def _world(content: dict[str, Any], path: Path) -> World:
     )
 
 
-def _whole(content: dict[str, Any], key: str) -> int | None:
-    if key not in content:
-        return None
-    value = content[key]
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 10**9:
-        raise ValueError(f"{key} must be a whole number from 1 on, not {value!r}")
-    return value
+def _whole(content: dict[str, Any], key: str, most: int = 10**9) -> int | None:
+    return Count(key, 1, most).of(content[key]) if key in content else None
 
 
 def _entry(table: Any, folder: Path) -> Entry:
@@ -88,7 +79,7 @@ def _entry(table: Any, folder: Path) -> Entry:
     if "size" in table and "scale" in table:
         raise ValueError("size and scale both say how large an object is; keep one")
     up = table.get("up")
-    if up is not None and up not in UP:
+    if up is not None and up not in tuple(UP):
         raise ValueError(f"up is {up!r}; choose one of {', '.join(UP)}")
 
     def optional(key: str) -> float | None:
@@ -119,7 +110,7 @@ def _motion(table: Any, folder: Path) -> Turning:
     if (kind == "poses") != ("file" in table):
         raise ValueError('the motion "poses", and no other, needs the file of a track')
     axis = triple(table.get("axis", plain.axis), "axis")
-    if not any(axis):
+    if not hypot(*axis) > 1e-9:
         raise ValueError("axis must have a direction, not 0, 0, 0")
     return Turning(
         kind,

@@ -143,7 +143,7 @@ class View:
 
 def pixel_of(cast: "Cast", surfaces: Mapping[str, Surface]) -> float:
     """Side of the z-buffer's pixels in x/z: finer than the spacing where no frame is too large."""
-    largest = farthest = 0.0
+    largest, farthest = 0.0, 1e-6  # what reaches behind the hologram is refused when it is seen
     hulls = {
         name: np.array([s.vertices.min(axis=0), s.vertices.max(axis=0)])
         for name, s in surfaces.items()

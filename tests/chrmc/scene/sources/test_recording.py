@@ -36,7 +36,7 @@ def test_bad_recordings(tmp_path: Path) -> None:
     recording(tmp_path / "walk", False)
     camera = tmp_path / "walk" / "intrinsics.json"
     for text, words in (
-        ("{", "no JSON"), ("{}", "no fx"), ('{"fx": 0, "fy": 1, "cx": 0, "cy": 0}', "positive"),
+        ("{", "valid JSON"), ("{}", "no fx"), ('{"fx": 0, "fy": 1, "cx": 0, "cy": 0}', "fx 0 lies"),
     ):  # fmt: skip
         camera.write_text(text)
         with pytest.raises(ValueError, match=words):
