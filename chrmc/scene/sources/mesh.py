@@ -308,7 +308,7 @@ def _textured(visual: Any, faces: NDArray[np.intp]) -> Paint:
     if image is None or visual.uv is None or len(visual.uv) == 0:
         return lambda face, weights: np.tile(base, (len(face), 1))
     levels = np.asarray(image.convert("RGB"))
-    uv = np.asarray(visual.uv, dtype=np.float64)[:, :2]
+    uv = np.nan_to_num(np.asarray(visual.uv, dtype=np.float64)[:, :2], posinf=0, neginf=0)
 
     def paint(face: NDArray[np.intp], weights: NDArray[np.float64]) -> NDArray[np.float64]:
         u, v = np.einsum("nk,nkx->xn", weights, uv[faces[face]])
