@@ -101,6 +101,8 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("counts.append(1 + node_count(1.15", "1.15 → 2.3", "more samples cost time"),
     ],
     "reconstruct/focus.py": [
+        ("seen = np.isfinite(tile_depth)", "tile_light >= DARK * tile_light.max() → "
+         "(tile_light > DARK * tile_light.max())", "measured numbers are not equal"),
         ("if not np.isfinite(depth) or rise", "rise * sqrt(grains) < PROMINENCE → "
          "(rise * sqrt(grains) <= PROMINENCE)", "measured numbers are not equal"),
         ("floor = ", "", "keeps 0/0 away"),

@@ -9,10 +9,12 @@ from reconstruct.focus import (
     DARK,
     brightness_at,
     cells_of,
+    centroid,
     find_focus,
     peak_middle,
     refine_peak,
     smoothed_curve,
+    tiled_centroid,
     weighted_mean,
     weighted_quantiles,
 )
@@ -141,6 +143,26 @@ def test_the_peaks_middle_weighs_what_is_above_half_its_height():
     assert peak_middle(z, curve) == pytest.approx((3 * 1 + 4 * 5 + 5 * 3) / 9)
     curve[1] = 7  # another peak beyond the dip does not count
     assert peak_middle(z, curve) == pytest.approx((3 * 1 + 4 * 5 + 5 * 3) / 9)
+
+
+def test_a_tile_shows_its_own_depth_and_none_of_its_neighbours():
+    patch = Patch((0.0, 0.0), (4, 6), P)
+    random = np.random.default_rng(5)
+    stack = FocalStack(DEPTHS[:5], random.random((5, 4, 6)).astype(np.float32), patch)
+    plane, best, seen = random.random((4, 6)), np.array([[3, 1, 4], [0, 2, 2]]), np.zeros((2, 3))
+    seen[0, 0] = seen[1, 1] = 1
+    picture = plane.copy()
+    picture[:2, :2], picture[2:, 2:4] = stack.intensity[3, :2, :2], stack.intensity[2, 2:, 2:4]
+    want = centroid(picture, patch)
+    assert tiled_centroid(stack, plane, best, seen > 0, None) == pytest.approx(want, abs=1e-12)
+
+
+@pytest.mark.parametrize("brightness", [1e-6, 1.0, 1e6])
+def test_a_centroid_does_not_depend_on_how_bright_the_picture_is(brightness):
+    image = np.zeros((5, 7))
+    image[3, 1], image[3, 5] = 0.03 * brightness, 0.01 * brightness
+    x, y = centroid(image, Patch((1e-3, -5e-4), (5, 7), P))
+    assert (x, y) == pytest.approx((-5e-4 - P, 1e-3 + P))
 
 
 def test_means_and_quantiles_of_weights():
