@@ -97,16 +97,12 @@ def _placed(
     low, high = corners.min(axis=0), corners.max(axis=0)
     largest = float((high - low).max())
     x, y, z = entry.place
-    if model.in_place and entry.size is None and entry.scale is None and entry.place[2] is None:
-        scale, up, turn = 1.0, "-y", np.eye(3)
-        low, high = model.corners().min(axis=0), model.corners().max(axis=0)
-        x, y, z = (float(v) for v in (low + high) / 2)
     z = DEPTH if z is None else z
     if entry.scale is not None:
         scale = entry.scale
     elif entry.size is not None:
         scale = entry.size / largest if largest > TINY else 1.0
-    elif not model.in_place:
+    else:
         scale = _fitting(high - low, box(slm, wavelength, z), model.flat)
     place = np.array([x or 0.0, y or 0.0, z])
     # The middle in the file's axes: where the first frame's bounds have theirs.

@@ -36,7 +36,6 @@ class Model:
     up : key of `UP`
     rate, frames : of the own motion, frames per second and how many
     flat : a picture, which fills what the SLM shows, where a body takes half of it
-    in_place : positions are metres in the scene's own axes: nothing is moved unless asked
     notes : what was done to the content, a sentence each
     """
 
@@ -46,7 +45,6 @@ class Model:
     rate: float | None = None
     frames: int = 1
     flat: bool = False
-    in_place: bool = False
     notes: tuple[str, ...] = ()
 
     def pose(self, name: str, frame: int) -> Pose:

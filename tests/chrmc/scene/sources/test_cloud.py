@@ -5,8 +5,32 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chrmc import LC_R_1080, PointCloud, load_scene
+from chrmc import LC_R_1080, SLM, PointCloud, generate, load_scene
+from chrmc.scene import sources
 from chrmc.scene.sources.volume import box
+
+
+def test_a_scene_format_is_one_file_and_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "bars.py").write_text(
+        "import numpy as np\n"
+        "from chrmc.scene.sources.cloud import cloud_of\n"
+        "from chrmc.scene.sources.model import Model\n"
+        "def read(path):\n"
+        "    return Model({path.stem: cloud_of(np.loadtxt(path, delimiter='|'))}, up='-y')\n"
+    )
+    monkeypatch.setattr(sources, "__path__", [*sources.__path__, str(tmp_path)])
+    monkeypatch.setitem(sources.READERS, ".bars", "bars:read")
+    monkeypatch.chdir(tmp_path)
+    Path("dots.bars").write_text("0|0|0\n2|0|0\n0|3|0\n")
+    cloud = load_scene("dots.bars").frame(1).cloud
+    x, y, z = (cloud.positions - cloud.positions[0]).T
+    assert y[2] / x[1] == pytest.approx(1.5) and x[1] > 0 and not z.any()
+    video = generate("dots.bars", "video", slm=SLM("small", 96, 64, 32e-6), cgh="fresnel")
+    assert video.numbers == [1] and video.read(1).std() > 0
+    near = load_scene("dots.bars@220mm").frame(1)  # as with any format
+    assert near.objects[0].depth == pytest.approx(0.22)
 
 
 def test_columns_by_name_and_by_number(tmp_path: Path) -> None:
