@@ -45,7 +45,10 @@ GROUPS: dict[str, tuple[list[str], list[str]]] = {
     ),
     "ch-rmc-paper": (
         ["chrmc/compensation/ch_rmc_paper/*.py"],
-        ["tests/chrmc/compensation/test_paper*.py"],
+        [
+            "tests/chrmc/compensation/test_paper*.py",
+            "tests/chrmc/planning/test_expected_videos.py",
+        ],
     ),
     "optics": (
         ["chrmc/optics/*.py"],

@@ -35,6 +35,9 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("high = min(count, ceil(at.max())", "ceil(at.max()) + MARGIN + 1 → "
          "(ceil(at.max()) + MARGIN - 1)", "two dark pixels of it"),
     ],
+    "chrmc/compensation/ch_rmc_paper/error_correction.py": [
+        ("width = max(c[:, 0].max()", "1 → 2", "a column that no point falls into"),
+    ],
     "chrmc/compensation/ch_rmc_paper/cylinder.py": [
         ("_ROOM = ", "", "a column of padding"),
     ],

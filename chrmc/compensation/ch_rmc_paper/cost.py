@@ -57,13 +57,15 @@ def cost(
             continue
         own = float(expected_power(obj.cloud, slm, wavelength, passband).sum())
         light += own
-        poses = [scene.pose(obj.name, number) for number in numbers[:_FRAMES]]
+        # Steps are found from frames that follow too, as the video does: few tell no arc.
+        after = range(numbers[0], min(numbers[0] + _FRAMES, scene.frame_count + 1))
+        poses = [scene.pose(obj.name, number) for number in after]
         known = [pose for pose in poses if pose is not None]
         if len(known) < len(poses):
             return None
-        path = np.array([pose.translation for pose in known])
-        found = motions(path)
-        moves = [found.get(n) for n in range(2, len(path) + 1)]
+        found = motions(np.array([pose.translation for pose in known]))
+        known = known[: len(numbers)]
+        moves = [found.get(n) for n in range(2, len(known) + 1)]
         outline = obj.cloud.select(slice(None, None, max(1, len(obj.cloud) // _MANY)))
         if not all(pose.same_as(known[0]) for pose in known):
             wrong += own * _missed(outline, known, moves, slm, wavelength, passband)
