@@ -58,7 +58,7 @@ class Energy:
     @property
     def efficiency(self) -> float:
         """Share of the incident light that reaches the image."""
-        return self.image / self.incident if self.incident else 0.0
+        return self.image / self.incident
 
 
 def check_frame(frame: Any, slm: SLM) -> NDArray[np.uint8]:

@@ -81,6 +81,8 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("rows, columns = (scipy.fft.next_fast_len(2 * n", "", "more dark room beside the light"),
         ("walk = ceil(spread(", "", "what would come round the grid, its transfer function cuts"),
         ("rows, columns = (scipy.fft.next_fast_len(n + 2 * walk", "", "the same"),
+        ("passed[:, np.abs(x) >=", "np.abs(x) >= unit * aperture.fx_max → "
+         "(np.abs(x) > unit * aperture.fx_max)", "rounding decides on the sample at the edge"),
         ("(np.where(np.arange(g)", "np.arange(g) < (n + g) // 2 → (np.arange(g) <= (n + g) // 2)",
          "a sample in the middle of the dark"),
     ],
