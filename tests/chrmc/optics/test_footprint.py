@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 
 import chrmc
 from chrmc.encoding import coding_for
-from chrmc.optics.footprint import check_showable, coverage, expected_power, reach, taper
+from chrmc.optics.footprint import (
+    check_showable,
+    coverage,
+    expected_power,
+    pixels_within,
+    reach,
+    taper,
+)
 from chrmc.optics.passband import UNLIMITED, full_band
 from chrmc.slm import LC_R_1080, SLM
 
@@ -167,3 +174,28 @@ def test_light_that_single_precision_cannot_hold_is_refused(light: float, shown:
     except ValueError as problem:
         told = str(problem)
     assert ("single precision holds 1e-18 to 1e+18" in told) != shown
+
+
+def test_pixels_are_drawn_from_all_of_a_footprint_and_from_nothing_else() -> None:
+    slm = SLM("few", 20, 12, 8e-6)
+    band = coding_for("ssb", slm).passband
+    places = [[0, 0, 1e-3], [-7.2e-5, 3e-5, 1.5e-3], [6e-5, -4.4e-5, 6e-4], [1e-5, 2e-5, 0.1]]
+    cloud = chrmc.PointCloud(np.array(places), np.ones(4), np.zeros(4))
+    rows, columns = pixels_within(cloud, slm, WAVELENGTH, band, 2000, np.random.default_rng(0))
+    assert rows.shape == columns.shape == (4, 2000)
+    for (x, y, z), row, column in zip(places, rows, columns, strict=True):
+        for drawn, at, middle, f_max in (
+            (column, slm.x(), x, band.fx_max), (row, slm.y(), y, band.fy_max),
+        ):  # fmt: skip
+            inside = np.flatnonzero(np.abs(at - middle) <= z * reach(WAVELENGTH, f_max))
+            found, times = np.unique(drawn, return_counts=True)
+            assert found.tolist() == inside.tolist()
+            assert times == pytest.approx(2000 / len(inside), rel=0.5)
+
+
+def test_an_axis_that_no_footprint_reaches_gives_its_nearest_pixel() -> None:
+    slm = SLM("few", 20, 12, 8e-6)
+    cloud = one_point(1e-3, -1e-3, 1e-4)
+    draw = np.random.default_rng(0)
+    rows, columns = pixels_within(cloud, slm, WAVELENGTH, full_band(slm), 5, draw)
+    assert set(columns[0]) == {19} and set(rows[0]) == {0}
