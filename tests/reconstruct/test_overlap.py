@@ -52,7 +52,8 @@ def test_turns_that_overlap_tell_their_depths(stretch, says, random):
     found = judge_frame(shown(made), SYSTEM, [TARGET], 40e-6).objects[0]
     assert TARGET.light.layers is not None
     assert found.passed == (not says) and says in "; ".join(found.faults)
-    assert found.shape.relief == pytest.approx(stretch, abs=0.2)
+    # Other phases interfere otherwise than the scene's.
+    assert found.shape.relief == pytest.approx(stretch, abs=0.3 if random else 0.2)
     assert abs(found.depth_error) < 0.1e-3
 
 
