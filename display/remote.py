@@ -4,11 +4,13 @@ import socket
 import threading
 import time
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chrmc.ranges import SIDE, real
 from display.log import Flip
 from display.wire import Broken, receive, send
 
@@ -40,9 +42,10 @@ class Remote:
             raise OSError(f"no panel at {address}: {error}") from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         about, _ = self._ask({"do": "hello", "token": token})
-        self.name, self.refresh = str(about["name"]), about["refresh"]
-        self.shape = (int(about["height"]), int(about["width"]))
-        self._ahead = float(about["clock"]) - time.perf_counter()
+        with self._understood():
+            self.name, self.refresh = str(about["name"]), about["refresh"]
+            self.shape = (SIDE.of(about["height"]), SIDE.of(about["width"]))
+            self._ahead = real("clock", about["clock"]) - time.perf_counter()
 
     @property
     def closed(self) -> bool:
@@ -72,7 +75,8 @@ class Remote:
         if at is not None:
             message["at"] = at + self._ahead
         answer, _ = self._ask(message, data)
-        return Flip(**answer["flip"])
+        with self._understood():
+            return Flip(**answer["flip"])
 
     def play(
         self,
@@ -88,8 +92,8 @@ class Remote:
         frames : any iterable; fps : frames per second, default as fast as they arrive; durations :
         seconds of each frame instead. A frame that the network brings too late is shown at once.
         """
-        if fps is not None and not 0 < fps <= 10_000:
-            raise ValueError(f"fps must be a positive rate, not {fps:g}")
+        if fps is not None and not 1e-4 <= fps <= 10_000:
+            raise ValueError(f"fps must be a positive rate, 1e-4 to 10,000, not {fps:g}")
         if fps is not None and durations is not None:
             raise ValueError("durations give each frame's time: leave fps out")
         start, due = time.perf_counter(), None
@@ -111,7 +115,17 @@ class Remote:
     def read(self) -> NDArray[np.uint8]:
         """(rows, columns, 3) bytes that the panel's part of the server's desktop shows."""
         answer, data = self._ask({"do": "read"})
-        return np.frombuffer(data, dtype=np.uint8).reshape(answer["shape"])
+        with self._understood():
+            return np.frombuffer(data, dtype=np.uint8).reshape(answer["shape"])
+
+    @contextmanager
+    def _understood(self) -> Iterator[None]:
+        """OSError where the other side answers what no server of a panel does."""
+        try:
+            yield
+        except (KeyError, TypeError, ValueError) as error:
+            self.close()
+            raise OSError(f"{self.address} does not answer as a panel does: {error}") from None
 
     def close(self) -> None:
         """Leave the panel to others."""

@@ -11,6 +11,8 @@ LATE = 1.2
 AGREEING = 10
 """So many flips in a row must agree before their interval is believed."""
 _SPREAD = 0.05  # of the median: what counts as agreeing
+MOST_FLIPS = 1_000_000
+"""That a frame may stay: hours."""
 _NO_VSYNC = 1 / 400  # seconds: no panel refreshes faster, so nothing waited for the screen
 
 
@@ -114,10 +116,10 @@ def pace_for(
     """
     if fps is not None and every is not None:
         raise ValueError("--fps and --every both give the rate: use one of them")
-    if fps is not None and not 0 < fps <= 10_000:
-        raise ValueError(f"--fps must be a positive rate, not {fps:g}")
-    if every is not None and every < 1:
-        raise ValueError(f"--every must be at least 1 flip, not {every}")
+    if fps is not None and not 1e-4 <= fps <= 10_000:
+        raise ValueError(f"--fps must be a positive rate, 1e-4 to 10,000, not {fps:g}")
+    if every is not None and not 1 <= every <= MOST_FLIPS:
+        raise ValueError(f"--every must be 1 to {MOST_FLIPS} flips, not {every}")
     if refresh.period is None:
         if fps is not None:
             return Pace(1 / fps, 1, False)

@@ -17,6 +17,7 @@ from chrmc.cli.names import (
 )
 from chrmc.encoding import CODINGS
 from chrmc.panels import PANELS, encoding_for, panel_named
+from chrmc.ranges import short
 from chrmc.slm import SLM
 
 
@@ -30,9 +31,9 @@ class FrameRange(click.ParamType):
     ) -> tuple[int, int]:
         if isinstance(value, tuple):
             return value
-        match = re.fullmatch(r"(\d+)(?::(\d+))?", str(value).strip())
+        match = re.fullmatch(r"(\d{1,9})(?::(\d{1,9}))?", str(value).strip(), re.ASCII)
         if not match:
-            self.fail(f"{value!r} is no frame range; write A:B, such as 1:80", param, ctx)
+            self.fail(f"{short(value)} is no frame range; write A:B, such as 1:80", param, ctx)
         first = int(match[1])
         return first, int(match[2] or first)
 

@@ -1,6 +1,7 @@
 """`chrmc check`: the verdict on a hologram video."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,10 @@ import click
 
 from chrmc.cli.arguments import FigurePath, stacked
 from chrmc.cli.lengths import OFFSET, Length
+from chrmc.ranges import short
+
+MOST_ASKED = 100_000
+"""Frames that a list may name."""
 
 
 class FrameList(click.ParamType):
@@ -25,10 +30,16 @@ class FrameList(click.ParamType):
         if value == "all":
             return chosen
         for part in str(value).split(","):
-            first, _, last = part.strip().partition(":")
-            if not first.isdigit() or (last and not last.isdigit()):
-                self.fail(f"{value!r} is no list of frames; write 1,21,51:60 or all", param, ctx)
-            chosen.append((int(first), int(last or first)))
+            match = re.fullmatch(r"(\d{1,9})(?::(\d{1,9}))?", part.strip(), re.ASCII)
+            if match is None:
+                what = f"{short(value)} is no list of frames; write 1,21,51:60 or all"
+                self.fail(what, param, ctx)
+            first, last = int(match[1]), int(match[2] or match[1])
+            if first > last:
+                self.fail(f"{part.strip()} runs backwards; write 51:60", param, ctx)
+            chosen.append((first, last))
+        if sum(last - first + 1 for first, last in chosen) > MOST_ASKED:
+            self.fail(f"{short(value)} names more than {MOST_ASKED} frames", param, ctx)
         return chosen
 
 

@@ -9,6 +9,7 @@ import click
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?"
+MOST_DEPTHS = 100_000
 _BARE_MOST = 10.0
 """Metres that a number without a unit may say: what is larger was meant in a smaller unit."""
 
@@ -129,8 +130,10 @@ def parse_depths(text: str) -> tuple[list[float], int]:
     """[near, far] and how many depths, of NEAR:FAR:COUNT."""
     asked, _, count = text.rpartition(":")
     ends = parse_lengths(asked, ":", DEPTH, "--depths") if asked else []
-    if len(ends) != 2 or not ends[0] < ends[1] or not count.isdecimal() or int(count) < 2:
+    number = int(count) if count.isdecimal() and len(count) < 10 else 0
+    if len(ends) != 2 or not ends[0] < ends[1] or not 2 <= number <= MOST_DEPTHS:
         raise ValueError(
-            f"--depths {text}: must be NEAR:FAR:COUNT, NEAR < FAR, such as 245mm:270mm:51"
+            f"--depths {text}: must be NEAR:FAR:COUNT, NEAR < FAR, COUNT 2 to "
+            f"{MOST_DEPTHS}, such as 245mm:270mm:51"
         )
-    return ends, int(count)
+    return ends, number

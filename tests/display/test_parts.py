@@ -180,7 +180,14 @@ def test_rates_that_divide_and_that_do_not():
     free = pace_for(Refresh(None, 240), fallback=60)
     assert free.rate == pytest.approx(60) and not free.waits
     assert pace_for(Refresh(None, 0)).period is None
-    for wrong in ({"fps": 0}, {"fps": -5}, {"every": 0}, {"fps": 30, "every": 2}):
+    for wrong in (
+        {"fps": 0},
+        {"fps": 1e-320},
+        {"every": 10**20},
+        {"fps": -5},
+        {"every": 0},
+        {"fps": 30, "every": 2},
+    ):
         with pytest.raises(ValueError):
             pace_for(sixty, **wrong)
 

@@ -348,3 +348,49 @@ def test_no_server_and_no_address_are_one_line():
     for wrong in ("nowhere", ":5", "host:x"):
         with pytest.raises(ValueError, match="host:port"):
             display.Remote(wrong)
+
+
+def test_words_that_no_encoding_knows_and_times_beyond_numbers(served):
+    _, address, _ = served
+    with dial(address) as connection:
+        connection.sendall(raw_message({"do": "hello", "token": "\ud800"}))
+        assert not raw_answer(connection)["ok"]
+    connect(address).close()
+    for moment in (-(10**400), float("-inf"), float("nan"), True):
+        with connect(address) as panel:
+            message = {"do": "show", "at": moment}
+            with pytest.raises(ValueError, match="at must be"):
+                panel._ask(message, noise().tobytes())
+
+
+HELLO = {"ok": True, "name": "x", "refresh": 60, "width": 4, "height": 3, "clock": 1}
+
+
+@pytest.mark.parametrize(
+    "answers",
+    [
+        [{"ok": True}],
+        [HELLO | {"height": []}],
+        [HELLO | {"width": 10**400}],
+        [HELLO | {"clock": None}],
+        [HELLO, {"ok": True, "flip": 5}],
+        [HELLO, {"ok": True, "flip": {"a": 1}}],
+        [HELLO, {"ok": True}],
+    ],
+)
+def test_what_answers_is_no_panel(answers):
+    def answer():
+        connection, _ = listener.accept()
+        with connection:
+            for each in answers:
+                connection.recv(1 << 16)
+                connection.sendall(raw_message(each))
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        thread = threading.Thread(target=answer, daemon=True)
+        thread.start()
+        with pytest.raises(OSError, match="as a panel does"):
+            display.Remote(f"127.0.0.1:{listener.getsockname()[1]}").show(
+                np.zeros((3, 4), np.uint8)
+            )
+        thread.join(240)

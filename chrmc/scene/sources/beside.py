@@ -3,6 +3,7 @@
 import json
 import re
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 
 MAPS = rb"(?:map_\w+|bump|norm|disp|decal|refl)"
@@ -37,16 +38,45 @@ def _named(path: Path, word: bytes, most: int = -1) -> list[str]:
 
 def _addresses(path: Path) -> list[str]:
     """Of a glTF's buffers and pictures, in its JSON."""
-    content = path.read_bytes()
-    if content[:4] == b"glTF":  # header of 12 bytes, length and kind of the first chunk
-        content = content[20 : 20 + int.from_bytes(content[12:16], "little")]
     try:
-        gltf = json.loads(content)
+        gltf = gltf_json(path)
         parts = [*gltf.get("buffers", ()), *gltf.get("images", ())]
         names = [p["uri"] for p in parts if not p.get("uri", "data:").startswith("data:")]
         return [each for name in names for each in (name, unquote(name))]
     except (ValueError, AttributeError, TypeError):
         return []
+
+
+def gltf_json(path: Path) -> Any:
+    """The JSON of a .gltf or .glb; ValueError where it is none."""
+    content = path.read_bytes()
+    if content[:4] == b"glTF":  # header of 12 bytes, length and kind of the first chunk
+        content = content[20 : 20 + int.from_bytes(content[12:16], "little")]
+    try:
+        return json.loads(content)
+    except RecursionError:
+        raise ValueError("its JSON is too deep") from None
+
+
+def check_tree(path: Path) -> None:
+    """OSError where a glTF's nodes are no trees: who walks them would come to no end."""
+    try:
+        nodes = enumerate(gltf_json(path).get("nodes", ()))
+        pairs = [(child, k) for k, node in nodes for child in node.get("children", ())]
+        parents = dict(pairs)
+        if len(parents) < len(pairs):
+            raise OSError(f"{path} is damaged: a node has two parents; export it again")
+        rooted: set[int] = set()
+        for node in parents:
+            way = {}  # in order
+            while node in parents and node not in rooted:
+                if node in way:
+                    raise OSError(f"{path} is damaged: a node is its own ancestor; export it again")
+                way[node] = True
+                node = parents[node]
+            rooted.update(way)
+    except (ValueError, AttributeError, TypeError):
+        return  # its reader says what is wrong
 
 
 def _there(path: Path, names: list[str]) -> list[Path]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from chrmc.colour import linear
 from chrmc.scene.points import PointCloud
+from chrmc.scene.sources.beside import check_tree
 from chrmc.scene.sources.cloud import NAMES, cloud_of, find_column
 from chrmc.scene.sources.gltf_motion import Bent, Motion, read_motion
 from chrmc.scene.sources.model import Model, only_line
@@ -32,6 +33,8 @@ def read_mesh(path: Path) -> Model:
 
 def _read(path: Path) -> Model:
     absent: list[str] = []
+    if path.suffix.lower() in (".glb", ".gltf"):
+        check_tree(path)
     scene = _load(path, absent)
     kind = path.suffix.lower()
     if kind in (".ply", ".stl"):

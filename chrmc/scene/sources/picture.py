@@ -1,5 +1,6 @@
 """Pictures and text: flat, transparent where they are black."""
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.colour import linear
+from chrmc.ranges import short
 from chrmc.scene.sources.model import Model
 from chrmc.scene.surface.surface import Surface
 
@@ -39,12 +41,19 @@ def text_picture(words: str) -> Model:
 
     if not words.strip():
         raise ValueError("text: says nothing; write text:HELLO")
+    if not words.replace("\n", " ").isprintable():
+        raise ValueError(f"text: {words[:40]!a} holds what is no letter")
     if len(words) > LONGEST_TEXT:
         raise ValueError(f"text: of {len(words)} letters; at most {LONGEST_TEXT} fit a panel")
     figure = Figure(figsize=(len(words) + 2, 2), dpi=TEXT_HEIGHT / 2, facecolor="black")
     figure.text(0.5, 0.5, words, color="white", fontsize=72, ha="center", va="center")
     canvas: Any = FigureCanvasAgg(figure)
-    canvas.draw()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "Glyph")
+        try:
+            canvas.draw()
+        except UserWarning:
+            raise ValueError(f"text: the font has not all letters of {short(words)}") from None
     grey = np.asarray(canvas.buffer_rgba())[:, :, 0].astype(np.float64) / 255
     rows, columns = np.flatnonzero(grey.any(axis=1)), np.flatnonzero(grey.any(axis=0))
     if not len(rows):

@@ -96,7 +96,7 @@ def split_depth(words: str) -> tuple[str, float | None]:
         if Path(words).exists():
             return words, None
         raise ValueError(f"{words!r}: {text!r} is no depth; write FILE@0.22 (metres)") from None
-    if not 0 < depth < 1e3:
+    if not 1e-6 <= depth < 1e3:
         raise ValueError(f"{words!r}: {depth:g} m is no depth; 220 mm is 0.22")
     return source, depth
 

@@ -1,5 +1,6 @@
 """Files from strangers that once ended in a traceback, a warning, or hours: one line instead."""
 
+import json
 import os
 import re
 import zipfile
@@ -151,8 +152,27 @@ def test_numbers_of_frames_that_leave_a_gap_of_ages(last: int, tmp_path: Path) -
     refused(numbered, tmp_path, re.escape("frame 2, 3, 4, 5, 6 …"))
 
 
-def test_a_long_text() -> None:
-    refused(lambda _: text_picture("W" * 3000), Path(), "3000 letters")
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("W" * 3000, "3000 letters"), ("a\udcff", "no letter"), ("a\tb", "no letter"), ("漢", "font")],
+)
+def test_texts(text: str, words: str) -> None:
+    refused(lambda _: text_picture(text), Path(), words)
+
+
+@pytest.mark.parametrize(
+    ("children", "words"),
+    [([[0]], "own ancestor"), ([[1], [0]], "own ancestor"), ([[1, 1], []], "two parents")],
+)
+def test_nodes_without_end(children: list[list[int]], words: str, tmp_path: Path) -> None:
+    nodes = [{"children": those} for those in children]
+    (tmp_path / "g.gltf").write_text(json.dumps({"asset": {"version": "2.0"}, "nodes": nodes}))
+    refused(read_mesh, tmp_path / "g.gltf", words)
+
+
+def test_a_gltf_of_brackets(tmp_path: Path) -> None:
+    (tmp_path / "g.gltf").write_text(DEEP)
+    refused(read_mesh, tmp_path / "g.gltf", "too deep|cannot be read")
 
 
 @pytest.fixture
