@@ -8,7 +8,7 @@ sum       `sum_points` gives the baseband at nodes, for `cost_of_sums`, by trans
           `MANY_POINTS` on (`transformed`); `make_series`, `chebyshev`
           and `interpolation` are its parts, for sums at other places than a hologram's nodes
 edges     `readings_of` says how nodes are read off a baseband without footprints, by filters
-taps      `taps_for`, `fewer`: reading waves of limited frequency off an even grid
+taps      `taps_for`: reading waves of limited frequency off an even grid
 assemble  `Factor` is a baseband with its nodes; `field_of` and `signal_of` make pixels of some
 waves     `axis_cycles`, `reference_cycles`, `phasor`, `phasors`: phases without cancellation
 predict   `sample_points` stand for all, `budget_of` gives the `Budget` of a factor, powers of its
@@ -37,7 +37,7 @@ from chrmc.cgh.curved.nodes import Axis, Line, part_of
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, transformed
 from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
 from chrmc.cgh.curved.series import Remainder, Series, make_series
-from chrmc.cgh.curved.taps import Taps, fewer, fewer_beyond, taps_for
+from chrmc.cgh.curved.taps import Taps, taps_for
 from chrmc.cgh.curved.verify import SURE, light_kept, measured_error, waves_looked_at
 from chrmc.cgh.curved.wave import Kernel, Reference, Wave, axis_cycles, phasor, phasors
 from chrmc.parallel import alone, in_parallel
@@ -68,8 +68,6 @@ __all__ = [
     "cluster_axes",
     "cost_of",
     "cost_of_sums",
-    "fewer",
-    "fewer_beyond",
     "field_of",
     "in_parallel",
     "interpolation",

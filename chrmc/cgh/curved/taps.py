@@ -6,7 +6,6 @@ The weights of least expected square error solve K·w = k with the covariance J0
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import log2, log10
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,39 +96,3 @@ def taps_for(tolerance: float) -> Taps:
     table = _solve(count, frequency, np.linspace(0, 1, _ROWS + 1), nugget).astype(np.float32)
     table.flags.writeable = False
     return Taps(count, dense, table, _errors(count, frequency, nugget))
-
-
-def fewer(t: Floats, frequency: float, tolerance: float) -> tuple[Floats, Floats]:
-    """Even places from which waves up to a frequency are known at `t`, and the matrix to there.
-
-    All places take part, so that few more than Nyquist asks for do. t itself and the unit matrix
-    where that would be no fewer.
-    """
-    low, high = float(t.min()), float(t.max())
-    margin, slack = _beyond(tolerance)
-    nyquist = 2 * frequency * (high - low)
-    slack *= 1.15 + 0.13 * max(0.0, log2(max(nyquist, 1.0) / 16))
-    spacings = 1
-    while spacings < nyquist * (1 + slack / (spacings + 2 * margin)) + 0.1:
-        spacings += 1
-    count = spacings + 1 + 2 * margin
-    if count >= len(t) or high <= low:
-        return t, np.eye(len(t), dtype=np.float64)
-    step = (high - low) / spacings
-    places: Floats = low + step * (np.arange(count, dtype=np.float64) - margin)
-    among = j0(2 * np.pi * frequency * step * np.arange(count))
-    matrix = among[np.abs(np.arange(count)[:, None] - np.arange(count))]
-    matrix[np.diag_indices(count)] += (0.1 * tolerance) ** 2
-    wanted = j0(2 * np.pi * frequency * (places[:, None] - t))
-    return places, np.asarray(np.linalg.solve(matrix, wanted).T, dtype=np.float64)
-
-
-def fewer_beyond(frequency: float, tolerance: float) -> float:
-    """How far places of `fewer` lie beyond its targets, at most."""
-    return (_beyond(tolerance)[0] + 0.5) / (2 * max(frequency, 1e-9))
-
-
-def _beyond(tolerance: float) -> tuple[int, float]:
-    """Places beyond the ends, and more places, as `chrmc.cgh.curved.band` fits them."""
-    digits = max(1.0, -log10(tolerance))
-    return max(1, round(digits) - 2), min(3.3 * digits - 1.4, 2.4 * digits + 1.5)

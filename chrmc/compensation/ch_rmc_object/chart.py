@@ -92,15 +92,12 @@ def views_of(
     poses: Sequence[Pose],
     middle: Floats,
     to_chart: Floats,
-    radius: Floats,
     sides: tuple[tuple[Floats, Floats], tuple[Floats, Floats]],
 ) -> Views:
     """What each pose needs of the chart.
 
     middle : (3,) the body's centre, in body coordinates
     to_chart : (3, 3) body to chart
-    radius : (3,) how far, along the chart's axes, places lie from the centre that directions
-        start from
     sides : (K,) lowest and highest x, and y, of the hologram that each is seen on, metres
     """
     turn = np.stack([to_chart @ pose.rotation.T for pose in poses])
@@ -115,21 +112,19 @@ def views_of(
     y = np.concatenate([y0 * still, y1 * still, along_y, along_y, foot[1]], axis=1)
     q = np.stack([x, y, np.zeros_like(x)])
     q = np.einsum("kij,jkn->ikn", turn, q - centre.T[:, :, None])
-    corners = np.array(np.meshgrid(*([-1.0, 1.0],) * 3)).reshape(3, 1, 1, -1)
-    d = q[..., None] - corners * radius[:, None, None, None]
-    r = np.sqrt(np.sum(d * d, axis=0))
-    alpha, beta, gamma = d / r
+    r = np.sqrt(np.sum(q * q, axis=0))
+    alpha, beta, gamma = q / r
     # Along a column q moves by turn[:, 1].
-    along = turn[:, :, 1].T[:, :, None, None]
+    along = turn[:, :, 1].T[:, :, None]
     forth = alpha * along[0] + beta * along[1] + gamma * along[2]
     slope = np.abs(along[0] - alpha * forth), along[1] - beta * forth
     tilt = np.where(slope[1] > 0, slope[0] / np.maximum(slope[1], 1e-9), np.inf)
-    tilt = np.where(gamma < 0, tilt, np.inf).max(axis=(1, 2))
+    tilt = np.where(gamma < 0, tilt, np.inf).max(axis=1)
     return Views(_spans(alpha), _spans(beta), _spans(1 / r), 1.02 * tilt)
 
 
 def _spans(values: Floats) -> tuple[Floats, Floats]:
     """Lowest and highest of each frame, with room for what lies between the samples."""
-    low, high = values.min(axis=(1, 2)), values.max(axis=(1, 2))
+    low, high = values.min(axis=1), values.max(axis=1)
     slack = 0.02 * (high - low)
     return low - slack, high + slack

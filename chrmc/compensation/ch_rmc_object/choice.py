@@ -1,13 +1,13 @@
-"""Whether an object's frames are better looked up than computed afresh, and in how many parts.
+"""Whether an object's frames are better looked up than computed afresh.
 
 All costs are counted in multiply-adds of a matrix product, from the shapes of the work, so that
 the same scene is decided the same way on every machine.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
-from math import ceil, log10, pi
+from math import log10, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from chrmc.cgh.curved.interface import (
     cost_of_sums,
     part_of,
 )
-from chrmc.compensation.ch_rmc_object.chart import View, Views, mean_rotation
+from chrmc.compensation.ch_rmc_object.chart import Views, mean_rotation
 from chrmc.compensation.ch_rmc_object.grid import Grid, make_grid
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, views_ahead
 from chrmc.compensation.ch_rmc_object.transforms import MOST_TERMS, TRANSFORMED
@@ -39,32 +39,26 @@ _ENTRY, _PLACE, _LOOK, _TAP = 500.0, 300.0, 3000.0, 250.0
 _CALL, _SERIES, _FRAME = 5e6, 2.5e8, 8e8
 _POINT = 1e5  # a point of a fresh sum besides its products: sorting, soft edges, the look at pixels
 _TRANSFORMS = 6.5e9, 9e4  # a fresh sum by non-uniform Fourier transforms, and a point of it
-_TERM = 1.3e8, 4.5e3  # a term of a tile's sum by such transforms, and a point of it
-_PARTS = 1.8  # what parts take beside what is counted: small products wait for memory
+_TERM = 4.4e3, 4.5e3  # a place of a tile's sum by such transforms, and a point, for each term
 _TERMS = 2.0  # of a tile's series, about
 _LAYER = 0.5  # what a layer of range takes of the first
 _WAIT = 64  # frames until reuse is thought of again, which takes as long as a small frame
 _PAYS = 0.9  # of what afresh takes, up to which looking up is sure to take no longer
-_MOST_PARTS = 64
 _TURN = 2.0  # points that change per radian of turning, in shares of those seen
-
-
-Parts = tuple[int, int, int]
-"""Of an object, along its chart's axes."""
 
 
 @dataclass(frozen=True)
 class Choice:
     """How an object's next frames are made.
 
-    parts : of the object along the chart's axes; None for afresh
+    pays : looked up, else afresh
     frames : for so many
     why : in words
     fresh, reused : counted multiply-adds of a frame's baseband computed afresh, and of one looked
         up, key frame and changes spread over `frames`; inf where no chart holds two frames
     """
 
-    parts: Parts | None
+    pays: bool
     frames: int
     why: str
     fresh: float = np.inf
@@ -73,7 +67,7 @@ class Choice:
     @property
     def cost(self) -> float:
         """Multiply-adds of a frame's baseband the way that was chosen."""
-        return self.fresh if self.parts is None else self.reused
+        return self.reused if self.pays else self.fresh
 
 
 def choose(
@@ -112,55 +106,35 @@ def choose(
     soft_x, soft_y = (len(part_of(axis, True)[1]) for axis in plan.axes)
     strips = summed((soft_x, nodes[1])) if plan.from_points[0] and soft_x else 0.0
     strips += summed((nodes[0], soft_y)) if plan.from_points[1] and soft_y else 0.0
-    best = _Way(np.inf, None, _WAIT)
-    parts: Parts = (1, 1, 1)
+    best, length = np.inf, _WAIT
     for frames in _lengths(len(poses)):
         to_chart = mean_rotation(poses[:frames])
-        size = np.abs(bounding_box((outline.rim - outline.middle) @ to_chart.T)).max(axis=1)
-        views = views_ahead(plan, outline, poses[:frames], to_chart, size, plane, 0.0)
+        half = np.abs(bounding_box((outline.rim - outline.middle) @ to_chart.T)).max(axis=1)
+        views = views_ahead(plan, outline, poses[:frames], to_chart, plane)
         view = views.until(frames)
         if not view.whole:
             break
+        grid = make_grid(half, view, _width(views), plane.wavelength, tolerance)
+        if len(grid.layers) * grid.count[0] * grid.count[1] > most:
+            continue
         turned = _turned(poses[:frames]) / frames
-
-        def cost(
-            parts: Parts, size: Floats = size, views: Views = views, view: View = view,
-            turned: float = turned,
-        ) -> float:  # fmt: skip
-            half = size / parts
-            grid = make_grid(half, view, _width(views), plane.wavelength, tolerance)
-            if np.prod(parts) * len(grid.layers) * grid.count[0] * grid.count[1] > most:
-                return np.inf
-            return strips + _cost(grid, views, count, parts, half, plan, turned)
-
-        least, parts = _cheapest(cost, parts, count)
+        reused = strips + _cost(grid, views, count, half, plan, turned)
         # The longest that one chart can hold, if it has to be reuse.
-        if least < np.inf and (always or least <= 1.02 * best.cost):
-            best = _Way(least, parts, frames)
-    ratio = best.cost / fresh
-    if best.parts is None or (ratio > _PAYS and not always):
-        why = "no chart of directions holds two of its frames"
-        if ratio < np.inf:
-            why = f"looking up would cost {ratio:.2g} times as much"
-        return Choice(None, _WAIT, why, fresh, best.cost)
-    number = int(np.prod(best.parts))
-    why = (
-        f"{number} part{'s' * (number > 1)} for up to {best.frames} frames, each at "
-        f"{ratio:.2g} of what it would cost afresh"
-    )
-    return Choice(best.parts, best.frames, why, fresh, best.cost)
+        if always or reused <= 1.02 * best:
+            best, length = reused, frames
+    ratio = best / fresh
+    if ratio < np.inf and (ratio <= _PAYS or always):
+        why = f"for up to {length} frames, each at {ratio:.2g} of what it would cost afresh"
+        return Choice(True, length, why, fresh, best)
+    why = "no chart of directions holds two of its frames"
+    if ratio < np.inf:
+        why = f"looking up would cost {ratio:.2g} times as much"
+    return Choice(False, _WAIT, why, fresh, best)
 
 
 def _digits(tolerance: float) -> float:
     """Digits that are aimed at, over those of 1e-3, at which the counts were measured."""
     return -log10(tolerance) / 3.15
-
-
-@dataclass(frozen=True)
-class _Way:
-    cost: float
-    parts: Parts | None
-    frames: int
 
 
 def _lengths(most: int) -> list[int]:
@@ -169,47 +143,6 @@ def _lengths(most: int) -> list[int]:
     while out[-1] < most:
         out.append(min(2 * out[-1], most))
     return out
-
-
-def _cheapest(cost: Callable[[Parts], float], start: Parts, count: int) -> tuple[float, Parts]:
-    """The least cost downhill from one part, from some and from `start`, by twice and half as many
-    along each axis: one part is summed in a way of its own."""
-    known: dict[Parts, float] = {}
-    for at in dict.fromkeys(((1, 1, 1), start, (4, 2, 1))):
-        if _allowed(at, count):
-            known.setdefault(at, cost(at))
-            _descend(cost, known, at, count)
-    best = min(known, key=lambda parts: (known[parts], parts))
-    return known[best], best
-
-
-def _descend(
-    cost: Callable[[Parts], float], known: dict[Parts, float], at: Parts, count: int
-) -> None:
-    """Work out the costs of parts on the way down from some."""
-    while True:
-        nearby = [at]
-        for axis in range(3):
-            for number in (2 * at[axis], at[axis] // 2):
-                near = (*at[:axis], number, *at[axis + 1 :])
-                assert len(near) == 3
-                if _allowed(near, count):
-                    if near not in known:
-                        known[near] = cost(near)
-                    nearby.append(near)
-        least = min(nearby, key=lambda parts: (known[parts], parts))
-        if least == at:
-            return
-        at = least
-
-
-def _allowed(parts: Parts, count: int) -> bool:
-    """Whether so many points may be cut so."""
-    number = parts[0] * parts[1] * parts[2]
-    if number <= 1:
-        return number == 1
-    few = max(parts[:2]) <= 16 and parts[2] <= min(4, max(parts[:2]))
-    return few and number <= _MOST_PARTS and 16 * number <= count
 
 
 def _width(views: Views) -> tuple[float, float]:
@@ -247,52 +180,39 @@ def _cost(
     grid: Grid,
     views: Views,
     count: int,
-    parts: tuple[int, int, int],
     half: Floats,
     plan: Plan,
     turned: float,
 ) -> float:
     """Of a frame, on the average, without what it would cost afresh as well."""
-    number = int(np.prod(parts))
     layers, taps = len(grid.layers), grid.taps.count
     more = 1 + _LAYER * (layers - 1)
     wide, high = grid.tile
     needed, touched = _tiles(grid, views)
-    places = number * wide * high
 
     def sums(points: float) -> float:
         each = _ENTRY * (wide + high) + 4 * more * _TERMS * wide * high
-        some = min(1.0, points / number)
-        return points * each + more * some * (number * _CALL + _TERMS * _PLACE * places)
+        some = min(1.0, points)
+        return points * each + more * some * (_CALL + _TERMS * _PLACE * wide * high)
 
     frames = len(views.tilt)
     whole = sums(count) + layers * _SERIES
-    if number == 1 and count >= TRANSFORMED:
+    if count >= TRANSFORMED:
         # What curves over a tile, in radians: its series takes a transform for each term.
         bend = ((wide * grid.step[0]) ** 2 + (high * grid.step[1]) ** 2) / 8
         terms = 5 + 2.5 * 2 * pi / plan.wave.wavelength * float(half[2]) * bend
         if terms <= MOST_TERMS / 2:
             terms *= more * _digits(plan.aim)
-            whole = min(whole, layers * _SERIES + terms * (_TERM[0] + _TERM[1] * count))
+            whole = min(
+                whole, layers * _SERIES + terms * (_TERM[0] * wide * high + _TERM[1] * count)
+            )
     new = needed * whole / frames
     changed = touched * sums(min(_TURN * turned, 1.0) * count)
     x, y = (len(reading.places) for reading in plan.readings)
-    carry = 0.0
-    if number > 1:
-        few = []
-        for axis, length in ((0, x), (1, y)):
-            span = float(np.ptp(plan.readings[axis].places)) if length else 0.0
-            depth = plan.wave.reference.z
-            waves = 2 * half[axis] / depth / plan.wave.wavelength * span
-            few.append(min(length, ceil(1.15 * waves + 10)))
-        carry = number * few[1] * (2 * x * few[0] + 4 * x * y + 250 * x + 400 * y)
-        x, y = few
     # Rows of the grid that a frame reads, about.
     rows = min(grid.count[1], _width(views)[1] / grid.step[1] + taps)
-    look = number * x * (rows * (more * _TAP * taps + _LOOK) + y * (_TAP * taps + 2 * _LOOK))
-    if number == 1:
-        return float(_FRAME + new + 0.5 * changed + look)
-    return float(_FRAME + _PARTS * (new + changed + look + carry))
+    look = x * (rows * (more * _TAP * taps + _LOOK) + y * (_TAP * taps + 2 * _LOOK))
+    return float(_FRAME + new + 0.5 * changed + look)
 
 
 class Patience:

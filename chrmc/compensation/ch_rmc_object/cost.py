@@ -127,7 +127,7 @@ def cost(
             # The smallest of them: the others have fewer points still.
             count, choice = chosen[-1]
             choice = replace(choice, why=f"as for a body of {count} points: {choice.why}")
-        if choice.parts is None:
+        if not choice.pays:
             afresh(f"afresh: {choice.why}", choosing, choice.frames)
             continue
         shown = pixels_from(plan.axes)

@@ -1,4 +1,4 @@
-"""The grid of directions and ranges that a view needs, for parts of some size."""
+"""The grid of directions and ranges that a view needs, for an object of some size."""
 
 from dataclasses import dataclass
 from math import ceil, factorial, pi, sqrt
@@ -41,7 +41,7 @@ class Grid:
 def make_grid(
     half: Floats, view: View, width: tuple[float, float], wavelength: float, tolerance: float
 ) -> Grid:
-    """The grid for parts whose points lie within `half` (3,) of their centres.
+    """The grid for an object whose points lie within `half` (3,) of its centre.
 
     width : of one frame's view in α and β
     """
@@ -53,7 +53,7 @@ def make_grid(
     across, down = (1.02 * (half[i] + half[2] * far[i] / gamma) / wavelength for i in range(2))
     down += across * view.tilt
     steps = min(taps.step(across), _LONGEST), min(taps.step(down), _LONGEST)
-    # Parts may need a place more than others, and a leaning column more of α where β has ended.
+    # A leaning column needs more of α where β has ended.
     high = taps.count // 2 + 4
     pads = taps.count // 2 + 2 + ceil(view.tilt * high * steps[1] / steps[0]), high
     count = [

@@ -104,14 +104,11 @@ def views_ahead(
     outline: Outline,
     poses: Sequence[Pose],
     to_chart: Floats,
-    radius: Floats,
     plane: Plane,
-    more: float,
 ) -> Views:
     """What frames need of a chart, about.
 
     to_chart : (3, 3) body to chart
-    more : metres that places of parts lie beyond those of the whole
     """
     middle, size = outline.middle, outline.size
     centre = np.stack([pose.apply(middle[None])[0] for pose in poses])
@@ -122,11 +119,11 @@ def views_ahead(
         a, b = np.minimum(a, b), np.maximum(a, b)
         # Places lie beyond the light; about as far in the other frames as in the first.
         places = first.readings[i].places
-        beyond = 4 * line.step + more
+        beyond = 4 * line.step
         if len(places):
             beyond += 1.3 * max(a[0] - float(places.min()), float(places.max()) - b[0], 0.0)
         sides.append((a - beyond, b + beyond))
-    return views_of(poses, middle, to_chart, radius, (sides[0], sides[1]))
+    return views_of(poses, middle, to_chart, (sides[0], sides[1]))
 
 
 def same_light(before: ObjectFrame, now: ObjectFrame) -> bool:

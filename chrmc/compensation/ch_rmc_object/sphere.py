@@ -1,29 +1,26 @@
-"""An object's light on a grid of directions, part by part, summed where it is first looked at.
+"""An object's light on a grid of directions, summed where it is first looked at.
 
-A part of the object (a box of its points) has a centre b and its light exp(ikr)/r·m, r the
-distance from b. A rotation of the object only turns directions; m changes slowly with range, like
-k·Δ²/(2r) for a point Δ from the centre, so a few layers, polynomials of 1/r, hold it at all
-ranges. Small parts have a small bandwidth: together they need as many places as the whole, but
-every point is summed at those of its own part only.
+The light of an object is exp(ikr)/r·m, r the distance from its centre. A rotation of the object
+only turns directions; m changes slowly with range, like k·Δ²/(2r) for a point Δ from the centre, so
+a few layers, polynomials of 1/r, hold it at all ranges.
 
 The grid is cut into tiles. A tile knows which points it holds; when a frame looks at it, what has
 appeared or vanished since is added once, and a tile that was never looked at is summed then.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 from math import factorial, pi, sqrt
-from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.interface import Series, in_parallel
+from chrmc.cgh.curved.interface import Series, alone, in_parallel
 from chrmc.compensation.ch_rmc_object.chart import Place, path
 from chrmc.compensation.ch_rmc_object.grid import SHARE, Grid
 from chrmc.compensation.ch_rmc_object.layers import layer_series, middle_range, polynomials
 from chrmc.compensation.ch_rmc_object.sums import (
-    batches_of,
+    chunks_of,
     cycles_of,
     phase_table,
     product_of,
@@ -62,30 +59,27 @@ class _Tile:
 
 
 class Sphere:
-    """m of every part on a grid.
+    """m on a grid.
 
     points : (N,) all points of the body from its centre, in the chart's axes
-    part : (N,) number of each point's part
-    centres : (P, 3) of the parts
+    half : (3,) how far they lie from there
     """
 
     def __init__(
         self,
         points: PointCloud,
-        part: NDArray[np.intp],
-        centres: Floats,
         half: Floats,
         grid: Grid,
         wavelength: float,
         tolerance: float,
     ) -> None:
-        self.grid, self.centres = grid, centres
-        self._points, self._part, self._half = points, part, half
+        self.grid = grid
+        self._points, self._half = points, half
         self._wavelength, self._tolerance = wavelength, tolerance
         self._real: type[np.floating] = np.float32 if tolerance >= _SINGLE else np.float64
         self._complex = np.result_type(self._real, np.complex64)
         # The layers of a place side by side: they are read together.
-        shape = (len(centres), grid.count[1], grid.count[0], len(grid.layers))
+        shape = (grid.count[1], grid.count[0], len(grid.layers))
         self._values = np.zeros(shape, dtype=self._complex)
         self._tiles: dict[tuple[int, int], _Tile] = {}
         self._power = points.amplitude**2
@@ -103,10 +97,11 @@ class Sphere:
         """Complex numbers it may hold."""
         return int(self._values.size)
 
+    @alone
     def look_up(
         self, turn: Floats, centre: Floats, x: Floats, y: Floats, visible: Mask
     ) -> NDArray[np.complexfloating]:
-        """(P, len(x), len(y)) m of every part at places (x, y, 0) of the hologram.
+        """(len(x), len(y)) m at places (x, y, 0) of the hologram.
 
         turn : (3, 3) world axes to the chart's
         centre : (3,) the object's centre in the world
@@ -117,21 +112,20 @@ class Sphere:
         """
         grid, taps = self.grid, self.grid.taps
         along = turn[:, 1]
-        base = turn @ np.stack(
+        # (3, n_x): from the centre to y = 0.
+        q = turn @ np.stack(
             [x - centre[0], np.full(len(x), -centre[1]), np.full(len(x), -centre[2])]
         )
-        # (3, P, n_x): from every part's centre to y = 0.
-        q = base[:, None, :] - self.centres.T[:, :, None]
-        dot, square = np.einsum("i,ipx->px", along, q), np.einsum("ipx,ipx->px", q, q)
+        dot, square = np.einsum("i,ix->x", along, q), np.einsum("ix,ix->x", q, q)
         r = np.sqrt(square[..., None] + y * (2 * dot[..., None] + y))
         beta = (q[1][..., None] + y * along[1]) / r
         place = (beta - grid.first[1]) / grid.step[1]
-        first = np.floor(place.min(axis=(1, 2))).astype(np.intp) - (taps.count // 2 - 1)
-        rows = int((np.floor(place.max(axis=(1, 2))) - first).max()) + taps.count // 2 + 1
-        at = first[:, None] + np.arange(rows)
-        if first.min() < 0 or first.max() + rows > grid.count[1]:
+        first = int(np.floor(place.min())) - (taps.count // 2 - 1)
+        rows = int(np.floor(place.max())) - first + taps.count // 2 + 1
+        at = first + np.arange(rows, dtype=np.intp)
+        if first < 0 or first + rows > grid.count[1]:
             raise NotCovered
-        wanted = (grid.first[1] + at * grid.step[1])[:, None, :]
+        wanted: Floats = grid.first[1] + at * np.float64(grid.step[1])
         y_at = self._columns(q, dot, square, along, wanted)
         r_at = np.sqrt(square[..., None] + y_at * (2 * dot[..., None] + y_at))
         alpha = (q[0][..., None] + y_at * along[0]) / r_at
@@ -142,24 +136,19 @@ class Sphere:
         inside = grid.span[0] - slack <= 1 / r.max() and 1 / r.min() <= grid.span[1] + slack
         if low < 0 or high > grid.count[0] or not inside:
             raise NotCovered
-        self._ensure(slice(low, high), slice(int(first.min()), int(first.max()) + rows), visible)
-        number = np.arange(len(self.centres))[:, None, None]
+        self._ensure(slice(low, high), slice(first, first + rows), visible)
         by_layer = polynomials(grid.layers, grid.span, 1 / r_at)
         out = np.empty(place.shape, dtype=self._complex)
         flat = self._values.reshape(-1, len(by_layer))
-        across, down = grid.count
 
         def some(columns: slice) -> None:
-            line = number * down + at[:, None, :]
-            both = weighed(flat, line * across + start[:, columns], weight[:, columns])
+            both = weighed(flat, at * grid.count[0] + start[columns], weight[columns])
             lines = both[..., 0]
             for layer in range(1, len(by_layer)):
-                lines = lines + both[..., layer] * by_layer[layer][:, columns].astype(self._real)
-            own, by = taps.weights(place[:, columns])
-            line = number * lines.shape[1] + np.arange(lines.shape[1])[:, None]
-            out[:, columns] = weighed(
-                lines.reshape(-1, 1), line * rows + own - first[:, None, None], by
-            )[..., 0]
+                lines = lines + both[..., layer] * by_layer[layer][columns].astype(self._real)
+            own, by = taps.weights(place[columns])
+            line = np.arange(len(lines))[:, None]
+            out[columns] = weighed(lines.reshape(-1, 1), line * rows + own - first, by)[..., 0]
 
         cuts = np.linspace(0, len(x), min(len(x), 4) + 1).astype(int)
         in_parallel(some, [slice(a, b) for a, b in pairwise(cuts)])
@@ -168,7 +157,7 @@ class Sphere:
     def _columns(
         self, q: Floats, dot: Floats, square: Floats, along: Floats, beta: Floats
     ) -> Floats:
-        """(P, n_x, rows) y at which the hologram's columns pass the grid's β, by Newton's steps."""
+        """(n_x, rows) y at which the hologram's columns pass the grid's β, by Newton's steps."""
         y = (beta * np.sqrt(square)[..., None] - q[1][..., None]) / along[1]
         for _ in range(20):
             r = np.sqrt(square[..., None] + y * (2 * dot[..., None] + y))
@@ -200,7 +189,7 @@ class Sphere:
                     self._add(tile, change, np.where(visible[change], 1.0, -1.0))
                     tile.held = visible.copy()
                 return
-        self._values[:, tile.beta, tile.alpha] = 0
+        self._values[tile.beta, tile.alpha] = 0
         every = np.flatnonzero(visible)
         if not self._transform(tile, every):
             self._add(tile, every, np.ones(len(every)))
@@ -208,18 +197,17 @@ class Sphere:
         tile.held = visible.copy()
 
     def _transform(self, tile: _Tile, index: NDArray[np.intp]) -> bool:
-        """Sum many points of one part on an empty tile; False where that is not the way."""
-        if len(self.centres) > 1 or len(index) < TRANSFORMED:
+        """Sum many points on an empty tile; False where that is not the way."""
+        if len(index) < TRANSFORMED:
             return False
         points = self._points.select(index)
-        points = replace(points, positions=points.positions - self.centres[0])
         alpha, beta, _, _ = self._middle(tile)
         aim = SHARE * self._tolerance
         made = transformed_tile(points, (alpha, beta), self.grid.layers, self._wavelength, aim)
         if made is None:
             return False
         for layer, values in enumerate(made[0]):
-            self._values[0, tile.beta, tile.alpha, layer] = values
+            self._values[tile.beta, tile.alpha, layer] = values
         self.dropped = max(self.dropped, made[1])
         return True
 
@@ -227,54 +215,27 @@ class Sphere:
         """Add the waves of some points to a tile."""
         if not len(index):
             return
-        order = np.argsort(self._part[index], kind="stable")
-        index, sign = index[order], sign[order]
         if not tile.rests:
             tile.rests = self._rests(tile)
-        batches = batches_of(self._part[index])
-        waiting: dict[int, list[NDArray[np.complexfloating]]] = {}
-        due = 0
-        lock = Lock()
 
-        def add_some(number: int) -> None:
-            nonlocal due
-            runs = batches[number]
-            some = np.concatenate([np.arange(run.start, run.stop) for run in runs])
-            total = self._sum(tile, index[some], sign[some], runs)
-            with lock:
-                # In the tasks' order, whichever is done first: the last bits depend on it.
-                waiting[number] = total
-                while due in waiting:
-                    where = self._part[index[[run.start for run in batches[due]]]]
-                    for layer, ones in enumerate(waiting.pop(due)):
-                        for part, one in zip(where.tolist(), ones, strict=True):
-                            self._values[part, tile.beta, tile.alpha, layer] += one
-                    due += 1
+        def some(part: slice) -> list[NDArray[np.complexfloating]]:
+            return self._sum(tile, index[part], sign[part])
 
-        in_parallel(add_some, range(len(batches)))
+        for sums in in_parallel(some, chunks_of(len(index))):
+            for layer, one in enumerate(sums):
+                self._values[tile.beta, tile.alpha, layer] += one
 
     def _sum(
-        self, tile: _Tile, index: NDArray[np.intp], sign: Floats, runs: list[slice]
+        self, tile: _Tile, index: NDArray[np.intp], sign: Floats
     ) -> list[NDArray[np.complexfloating]]:
-        """Of each layer (runs, n_β, n_α) waves of points on a tile, each run for itself.
-
-        runs : lengths of the runs of `index`, as slices
-        """
-        local = self._points.positions[index] - self.centres[self._part[index]]
+        """Of each layer (n_β, n_α) waves of points on a tile."""
+        local = self._points.positions[index]
         strength = sign * self._points.amplitude[index]
         across, down = self._tables(tile, local, self._points.phase[index] / (2 * pi))
-        # Runs side by side, filled up to the longest with points of no strength.
-        lengths = np.array([run.stop - run.start for run in runs])
-        first = np.cumsum(lengths) - lengths
-        place = np.arange(lengths.max())
-        filled = place < lengths[:, None]
-        pick = np.where(filled, first[:, None] + place, 0)
-        across, down = across[:, pick], down[:, pick]
-        out = []
-        for series, weights in tile.rests:
-            scale = (series.at_points(local) * strength).astype(self._real)
-            out.append(product_of(across, down, scale[:, pick] * filled, weights))
-        return out
+        return [
+            product_of(across, down, (series.at_points(local) * strength).astype(self._real), terms)
+            for series, terms in tile.rests
+        ]
 
     def _middle(self, tile: _Tile) -> tuple[Floats, Floats, Floats, Floats]:
         """α and β of a tile's places and of its middle."""
@@ -326,7 +287,7 @@ class Sphere:
     def _expected_errors(self) -> Floats:
         """(N,) mean square error of reading each point's wave off the grid."""
         grid = self.grid
-        x, y, z = (self._points.positions - self.centres[self._part]).T
+        x, y, z = self._points.positions.T
         ends = [
             max(abs(first), abs(first + step * count))
             for first, step, count in zip(grid.first, grid.step, grid.count, strict=True)

@@ -1,7 +1,6 @@
 """Sums of points on a grid of directions: tables of phases along either axis, and their product."""
 
 from collections.abc import Callable
-from itertools import pairwise
 from math import ceil, log, pi, sqrt
 
 import numpy as np
@@ -12,7 +11,7 @@ from chrmc.cgh.curved.interface import chebyshev, interpolation
 
 Floats = NDArray[np.float64]
 
-_AT_ONCE, _RUN = 4096, 1024  # points whose tables are held at once, and of one part
+_AT_ONCE = 2048  # points whose tables are held at once
 _FEW = 64  # that are not worth two cores
 
 
@@ -53,53 +52,34 @@ def product_of(
     scale: NDArray[np.floating],
     weights: NDArray[np.complexfloating],
 ) -> NDArray[np.complexfloating]:
-    """(R, n_β, n_α) Σ_t weights_t·Σ_j scale_tj·down_j·across_j, one real product a term.
+    """(n_β, n_α) Σ_t weights_t·Σ_j scale_tj·down_j·across_j, one real product a term.
 
-    across, down : (2, R, N, n_α) and (2, R, N, n_β) cos and sin
-    scale : (T, R, N)
+    across, down : (2, N, n_α) and (2, N, n_β) cos and sin
+    scale : (T, N)
     weights : (T, n_β, n_α)
     """
-    _, runs, count, rows = down.shape
-    right = across.swapaxes(0, 1).reshape(runs, 2 * count, -1)
-    left = np.empty((runs, 2, count, 2, rows), dtype=right.dtype)
-    total = np.zeros((runs, rows, right.shape[2]), dtype=weights.dtype)
+    _, count, rows = down.shape
+    right = across.reshape(2 * count, -1)
+    left = np.empty((2, count, 2, rows), dtype=right.dtype)
+    total = np.zeros((rows, right.shape[1]), dtype=weights.dtype)
     for strength, weight in zip(scale, weights, strict=True):
-        column = strength[..., None]
-        np.multiply(down[0], column, out=left[:, 0, :, 0])
-        np.multiply(down[1], column, out=left[:, 0, :, 1])
-        left[:, 1, :, 1] = left[:, 0, :, 0]
-        np.multiply(left[:, 0, :, 1], right.dtype.type(-1), out=left[:, 1, :, 0])
-        flat = left.reshape(runs, 2 * count, 2 * rows).swapaxes(1, 2) @ right
+        column = strength[:, None]
+        np.multiply(down[0], column, out=left[0, :, 0])
+        np.multiply(down[1], column, out=left[0, :, 1])
+        left[1, :, 1] = left[0, :, 0]
+        np.multiply(left[0, :, 1], right.dtype.type(-1), out=left[1, :, 0])
+        flat = left.reshape(2 * count, 2 * rows).T @ right
         one = np.empty_like(total)
-        one.real, one.imag = flat[:, :rows], flat[:, rows:]
+        one.real, one.imag = flat[:rows], flat[rows:]
         one *= weight
         total += one
     return total
 
 
-def batches_of(part: NDArray[np.intp]) -> list[list[slice]]:
-    """Runs of points of one part, of about equal length in a batch.
-
-    part : ascending
-    """
-    edges = [0, *(np.flatnonzero(np.diff(part)) + 1).tolist(), len(part)]
-    runs = [
-        slice(start, min(start + _RUN, b))
-        for a, b in pairwise(edges)
-        for start in range(a, b, _RUN)
-    ]
-    runs.sort(key=lambda run: run.start - run.stop)
-    # Two batches at least, for as many cores.
-    most = min(_AT_ONCE, max(len(part) // 2, _FEW))
-    out: list[list[slice]] = []
-    room = 0
-    for run in runs:
-        if room < run.stop - run.start:
-            out.append([])
-            room = most
-        out[-1].append(run)
-        room -= out[-1][0].stop - out[-1][0].start
-    return out
+def chunks_of(count: int) -> list[slice]:
+    """Points in runs of about equal length: two at least, for as many cores."""
+    number = max(ceil(count / _AT_ONCE), min(2, ceil(count / _FEW)))
+    return [slice(count * n // number, count * (n + 1) // number) for n in range(number)]
 
 
 def weighed(

@@ -213,11 +213,11 @@ class _Maker:
                 plan = planned(obj, outline, self._plane, aim)
                 free = self._room(obj.name)
                 choice = choose(plan, outline, poses, self._plane, aim, free, self._always)
-                if choice.parts is None:
+                if not choice.pays:
                     self._patience.put_off(obj.name, number, choice.frames)
                     return self._afresh(obj, record, choice.why)
                 ahead = poses[: choice.frames]
-                group = Group(plan, outline, ahead, choice.parts, self._plane, aim)
+                group = Group(plan, outline, ahead, self._plane, aim)
             found = self._looked_up(group, obj, outline, aim, record, plan)
             if found is None:
                 break

@@ -15,7 +15,7 @@ from chrmc.cgh.curved.band import Grid, band_grid, edge_grid
 from chrmc.cgh.curved.baseband import cluster_axes, levels_for, series_for
 from chrmc.cgh.curved.cost import cost_of, readable_by_a_part
 from chrmc.cgh.curved.nonuniform import readable
-from chrmc.cgh.curved.taps import fewer, fewer_beyond, taps_for
+from chrmc.cgh.curved.taps import taps_for
 from chrmc.encoding import coding_for
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
 from chrmc.window import Window
@@ -128,24 +128,6 @@ def test_neighbours_and_density_of_taps(tolerance: float, count: int, oversampli
     assert taps.count == count and taps.table.shape == (1025, count)
     assert taps.oversampling == pytest.approx(oversampling, rel=2e-3)
     assert taps.step(500.0) == pytest.approx(1 / (1000 * oversampling), rel=2e-3)
-
-
-@pytest.mark.parametrize(
-    ("tolerance", "waves", "count"),
-    [(2e-3, 0.1, 4), (2e-3, 5, 19), (2e-4, 60, 139), (2e-6, 30, 85)],
-)
-def test_few_places_and_how_far_they_lie_beyond(tolerance: float, waves: float, count: int) -> None:
-    t = np.linspace(-1e-3, 4e-3, 400)
-    places, _ = fewer(t, waves / 5e-3, tolerance)
-    assert len(places) == count
-    beyond = fewer_beyond(waves / 5e-3, tolerance)
-    assert t[0] - places[0] == pytest.approx(places[-1] - t[-1], rel=1e-9)
-    # The margin's places are never farther apart than Nyquist asks, and half a one is spare.
-    assert t[0] - places[0] < beyond
-    margin = round(1 + (count - 2 - (t[-1] - t[0]) / (places[1] - places[0])) / 2) - 0.5
-    assert beyond == pytest.approx((margin + 0.5) / (2 * waves / 5e-3), rel=0.5)
-    for one in (t[:1], np.linspace(0, 1e-3, 3)):
-        assert np.array_equal(fewer(one, waves / 5e-3, tolerance)[0], one)
 
 
 @pytest.mark.parametrize(

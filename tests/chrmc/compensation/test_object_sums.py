@@ -5,7 +5,7 @@ import pytest
 
 from chrmc.compensation.ch_rmc_object.chart import path
 from chrmc.compensation.ch_rmc_object.sums import (
-    batches_of,
+    chunks_of,
     cycles_of,
     phase_table,
     product_of,
@@ -43,37 +43,27 @@ def test_a_table_is_cosine_and_sine_of_many_turns(real: type, exact: float) -> N
 
 def test_products_are_sums_over_terms_and_points() -> None:
     random = np.random.default_rng(1)
-    terms, runs, count, wide, high = 3, 2, 5, 7, 4
+    terms, count, wide, high = 3, 5, 7, 4
     across, down = (
-        random.normal(size=(2, runs, count, wide)),
-        random.normal(size=(2, runs, count, high)),
+        random.normal(size=(2, count, wide)),
+        random.normal(size=(2, count, high)),
     )
-    scale = random.normal(size=(terms, runs, count))
+    scale = random.normal(size=(terms, count))
     weights = random.normal(size=(terms, high, wide)) + 1j * random.normal(size=(terms, high, wide))
     found = product_of(across, down, scale, weights)
     a, d = across[0] + 1j * across[1], down[0] + 1j * down[1]
-    want = np.einsum("tba,trn,rnb,rna->rba", weights, scale, d, a)
+    want = np.einsum("tba,tn,nb,na->ba", weights, scale, d, a)
     assert np.abs(found - want).max() < 1e-12 * np.abs(want).max()
 
 
-@pytest.mark.parametrize(("sizes", "batches"), [
-    ([3], 1), ([40, 50], 2), ([900, 900, 900], 3), ([3000, 10], 3),
-    ([6000, 6000], 3), ([200] * 8, 2),
-])  # fmt: skip
-def test_batches_hold_every_point_once_in_runs_of_one_part(sizes: list[int], batches: int) -> None:
-    part = np.repeat(np.arange(len(sizes)) * 2, sizes)
-    found = batches_of(part)
-    runs = [run for batch in found for run in batch]
-    held = np.zeros(len(part), dtype=int)
-    for run in runs:
-        held[run] += 1
-        assert 0 < run.stop - run.start <= 1024 and len(set(part[run])) == 1
-    assert np.all(held == 1) and len(found) == batches
-    for batch in found:
-        lengths = [run.stop - run.start for run in batch]
-        assert lengths == sorted(lengths, reverse=True)
-        # Filled up to its longest a batch has as many points as tables are held for, about.
-        assert lengths[0] * (len(batch) - 1) < 4096
+@pytest.mark.parametrize(("count", "number"), [(3, 1), (64, 1), (65, 2), (4096, 2), (4097, 3)])
+def test_chunks_hold_every_point_once(count: int, number: int) -> None:
+    found = chunks_of(count)
+    held = np.zeros(count, dtype=int)
+    for part in found:
+        held[part] += 1
+        assert 0 < part.stop - part.start <= 2048
+    assert np.all(held == 1) and len(found) == number
 
 
 @pytest.mark.parametrize("kind", [np.complex64, np.complex128])
