@@ -80,6 +80,10 @@ ALIKE = {
 }  # fmt: skip
 
 
+# Arguments that guard or save, and change nothing.
+_ASIDE = ("in_place", "overwrite_x", "workers", "strict", "copy", "check_finite")
+
+
 @dataclass(frozen=True)
 class Change:
     """One wrong change: where, and the text that stands there instead.
@@ -140,7 +144,7 @@ def _wrong(tree: ast.AST, statement: int) -> Iterator[tuple[ast.expr | ast.stmt,
     """
     if isinstance(tree, ast.Raise | ast.JoinedStr | ast.Assert | ast.Import | ast.ImportFrom):
         return
-    if isinstance(tree, ast.keyword) and tree.arg in ("in_place", "overwrite_x", "workers"):
+    if isinstance(tree, ast.keyword) and tree.arg in _ASIDE:
         return
     if isinstance(tree, ast.stmt):
         statement = tree.lineno

@@ -99,8 +99,60 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
          "measured numbers are not equal"),
         ("if first.min() < 0 or", "first.max() + rows > grid.count[1] → "
          "(first.max() + rows >= grid.count[1])", "one place of room"),
+        ("slack = 1e-6", "", "rounding has room"),
+        ("inside = grid.span[0]", "grid.span[0] - slack <= 1 / r.max() → "
+         "(grid.span[0] - slack < 1 / r.max())", "measured numbers are not equal"),
+        ("inside = grid.span[0]", "1 / r.min() <= grid.span[1] + slack → "
+         "(1 / r.min() < grid.span[1] + slack)", "the same"),
+        ("if first.min() < 0 or", "first.min() < 0 → (first.min() <= 0)", "one place of room"),
+        ("if low < 0 or high", "low < 0 → (low <= 0)", "the same"),
+        ("if low < 0 or high", "high > grid.count[0] → (high >= grid.count[0])", "the same"),
+        ("_EXACT = ", "", "a hundred-millionth of a step"),
         ("if 2 * len(change) <= ", "2 * len(change) <= np.count_nonzero(visible) → "
          "(2 * len(change) < np.count_nonzero(visible))", "which of two equal costs"),
+    ],
+    "chrmc/cgh/curved/__init__.py": [
+        ("if work <= SMALL", "work <= SMALL → (work < SMALL)", "one amount of work of millions"),
+        ("if work <= BEARABLE", "work <= BEARABLE → (work < BEARABLE)", "the same"),
+        ("if not pay and work > QUICK", "work > QUICK → (work >= QUICK)", "the same"),
+    ],
+    "chrmc/cgh/curved/baseband.py": [
+        ("_QUICK = ", "", "when one way gives place to another: how long, not what"),
+        ("_MOST_LEAVES = ", "", "the same"),
+        ("_SAMPLES = ", "", "the same"),
+        ("_MOST_TERMS, _FEW = ", "", "the same"),
+        ("max(20_000, _SAMPLES", "20_000 → 40000", "the same"),
+        ("tables = Tables() if len(cloud) <= MOST", "", "whether tables are made beforehand"),
+    ],
+    "chrmc/cgh/curved/direct.py": [
+        (begins, "", "how much is worked out at once")
+        for begins in (
+            "_BLOCK = ", "_PIECES = ", "_TABLES = ", "columns = len(u) if",
+            "rows = max(1, min(", "step = max(1, _", "held = max(1, _TABLES",
+            "points = min(len(cloud)", "if len(x) < len(y):",
+        )
+    ],
+    "chrmc/cgh/curved/tables.py": [
+        ("_BLOCK = ", "", "how much is worked out at once"),
+        ("MOST_AT_ONCE = ", "", "the same"),
+        ("step = max(1, _BLOCK", "", "the same"),
+        ("cuts = np.linspace(0, ny", "", "the same"),
+        ("out = np.empty((", "2 → 3", "room that is left"),
+        ("out = np.empty((", "3 → 4", "the same"),
+        ("pieces.insert(1", "1 → 2", "in which order"),
+    ],
+    "chrmc/cgh/curved/predict.py": [
+        ("_POINTS = ", "", "how many are tried"),
+        ("_OTHERS = ", "", "the same"),
+        ("_TARGETS = ", "", "the same"),
+        ("at_least = 120", "120 → 240", "the same"),
+        ("shift = 0.618", "", "which are tried"),
+    ],
+    "chrmc/cgh/curved/verify.py": [
+        ("_LINES = ", "", "how many lines are drawn"),
+        ("_FEW_LINES = ", "", "the same"),
+        ("(np.unique(np.linspace(0, n - 1, min(n, 160))", "160 → 320", "the same"),
+        ("random = np.random.default_rng(0)", "0 → 1", "another draw"),
     ],
     "chrmc/cgh/curved/series.py": [
         ("counts.append(1 + node_count(1.15", "1.15 → 2.3", "more samples cost time"),

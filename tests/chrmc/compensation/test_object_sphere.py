@@ -180,6 +180,37 @@ def test_the_sphere_holds_a_turning_bodys_light(tolerance: float) -> None:
         visible = visible ^ (random.random(len(points)) < 0.1)  # some come, some go
 
 
+@pytest.mark.parametrize("nearer", [1e-3, 1e-2])  # a frame: directions err most, or layers of range
+def test_every_points_own_error_is_known(nearer: float) -> None:
+    """Corners err more than the middle; what is seen is averaged by its power."""
+    corner = np.array([4e-4, 2e-4, 3e-4])
+    places = corner * [[-1, -1, -1], [-1, -1, 1], [-1, 1, -1], [0, 0, 0], [1, 0, 0]]
+    points = PointCloud(places, np.array([1.0, 2.0, 1.0, 0.5, 1.0]), np.zeros(5))
+    frames = [
+        seen(points, [0.03 * k, -0.05 * k, 0.04 * k], [3e-4, 2e-4 * k, 0.2 + nearer * k])
+        for k in range(4)
+    ]
+    window = Window.full(SMALL)
+    plane = plane_of(SMALL, WAVELENGTH, window, coding_for("ssb", SMALL).passband)
+    plans = [planned(frame, outline_of(points), plane, 1e-3) for frame in frames]
+    poses = [frame.pose for frame in frames if frame.pose is not None]
+    group = Group(plans[0], outline_of(points), poses, (1, 1, 1), plane, 1e-3)
+    known = []
+    for j in range(len(points)):
+        squares = []
+        alone = np.arange(len(points)) == j
+        for frame, plan, pose in zip(frames, plans, poses, strict=True):
+            x, y = (reading.places for reading in plan.readings)
+            got = group._plain(pose, plan.wave.reference, x, y, alone)
+            squares.append(relative_error(got.T, exact(frame.cloud.select(alone), plan, x, y)) ** 2)
+        known.append(group.sphere.expected_error(alone))
+        assert 0.65 < known[j] / np.sqrt(np.mean(squares)) < 1.4
+    power = points.amplitude**2
+    mean = np.sqrt(power @ np.square(known) / power.sum())
+    assert group.sphere.expected_error(np.ones(5, dtype=bool)) == pytest.approx(mean, rel=1e-6)
+    assert group.sphere.expected_error(np.zeros(5, dtype=bool)) < 1e-3
+
+
 @pytest.mark.parametrize(
     "place",
     [
