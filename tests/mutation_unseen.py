@@ -94,6 +94,7 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("for _ in range(20):", "20 → 21", "Newton's steps past convergence"),
         ("ends = (float(alpha[0]), float(alpha[-1]))", "0 → 1",
          "a series holds one place past its end"),
+        ("ends = (float(alpha[0]), float(alpha[-1]))", "1 → 2", "the same"),
         ("if np.max(np.abs(step)) <= _EXACT", "np.max(np.abs(step)) <= _EXACT * self.grid.step[1]"
          " * np.max(r) → (np.max(np.abs(step)) < _EXACT * self.grid.step[1] * np.max(r))",
          "measured numbers are not equal"),
@@ -154,7 +155,13 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("(np.unique(np.linspace(0, n - 1, min(n, 160))", "160 → 320", "the same"),
         ("random = np.random.default_rng(0)", "0 → 1", "another draw"),
     ],
+    "chrmc/compensation/ch_rmc_object/transforms.py": [
+        ("ends = (float(alpha[0]), float(alpha[-1]))", change,
+         "a series holds one place past its end")
+        for change in ("0 → 1", "1 → 2")
+    ],
     "chrmc/cgh/curved/series.py": [
+        ("counts.append(1)", "1 → 2", "a sample more of what does not change"),
         ("counts.append(1 + node_count(1.15", "1.15 → 2.3", "more samples cost time"),
     ],
     "reconstruct/focus.py": [
