@@ -15,6 +15,7 @@ from chrmc.cgh.curved.band import Grid, band_grid, edge_grid
 from chrmc.cgh.curved.baseband import cluster_axes, levels_for, series_for
 from chrmc.cgh.curved.cost import cost_of, readable_by_a_part
 from chrmc.cgh.curved.nonuniform import readable
+from chrmc.cgh.curved.rays import rays_pay
 from chrmc.cgh.curved.taps import taps_for
 from chrmc.encoding import coding_for
 from chrmc.slm import LC_R_1080, SLM, WAVELENGTH
@@ -201,3 +202,22 @@ def test_what_a_hologram_is_foretold_to_take(
     counts = cost_of(cloud, replace(plane, points=len(cloud)), tolerance)
     found = counts.products, counts.phasors, counts.bytes, counts.calls, counts.memory
     assert found == pytest.approx((products, phasors, moved, calls, memory), rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("count", "depth", "tolerance", "pay"),
+    [
+        (4000, 0.02, 1e-3, True),
+        (30, 0.08, 1e-6, True),
+        (300, 0.08, 1e-3, False),  # the low-rank form takes less
+        (30, 0.11, 1e-6, False),  # footprints cover a third of the panel
+        (20_000, 0.02, 1e-6, False),  # less than by nodes, but more than 8 s
+    ],
+)
+def test_rays_pay_where_footprints_are_small_and_nodes_many(
+    count: int, depth: float, tolerance: float, pay: bool
+) -> None:
+    cloud = points((count, (8e-3, 4e-3, 1e-3), (0, 0, depth)))
+    window, passband = Window.full(LC_R_1080), coding_for("real", LC_R_1080).passband
+    plane = replace(curved.plane_of(LC_R_1080, WAVELENGTH, window, passband), points=count)
+    assert rays_pay(cloud, LC_R_1080, WAVELENGTH, window, passband, plane, tolerance) == pay
