@@ -33,6 +33,7 @@ def test_the_signal_is_the_fields_to_single_precision(encoding: str, tolerance: 
                        frames=(1, 2), tolerance=tolerance, compensation="none")  # fmt: skip
     for frame in made:
         assert frame.signal is not None and frame.signal.dtype == np.float32
+        assert frame.record.point_pixels == len(frame.cloud) * PANEL.width * PANEL.height
         assert "field" not in vars(frame)  # nobody asked for it yet
         wanted = (frame.field * carrier).real
         assert np.linalg.norm(frame.signal - wanted) < 1e-6 * np.linalg.norm(wanted)

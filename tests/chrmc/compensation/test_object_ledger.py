@@ -1,6 +1,7 @@
 """What object-centred CH-RMC books: key frames by all pixels, strips by theirs."""
 
 import numpy as np
+import pytest
 
 import chrmc
 from chrmc import SLM, WAVELENGTH, PointCloud
@@ -19,7 +20,10 @@ def test_strips_are_a_part_of_the_panel_and_a_key_frame_all_of_it() -> None:
     # At 60 mm footprints end 1 mm from their points: soft edges cross the panel.
     poses = [Pose.from_rotvec([0, 0.004 * k, 0], [2e-5 * k, 0, 0.06]) for k in range(4)]
     scene = PointScene("turning", {"body": body}, {"body": poses}, {})
-    frames = list(chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc-object"))
+    frames = list(
+        chrmc.video(scene, PANEL, cgh="curved", compensation="ch-rmc-object", reuse="always")
+    )
+    assert [frame.record.key for frame in frames] == [True, False, False, False]
     pixels = PANEL.width * PANEL.height
     for frame in frames:
         # Soft is a lit pixel on which some point's edge may fall: all but the flat rectangle.
@@ -32,8 +36,8 @@ def test_strips_are_a_part_of_the_panel_and_a_key_frame_all_of_it() -> None:
             flat *= int(np.sum((places >= low) & (places <= high)))
         assert 0 < flat < lit < pixels
         record = frame.record
-        assert record.blank_share <= 1.02 * (lit - flat) / pixels
         if record.key:
-            assert record.point_pixels == len(frame.cloud) * pixels
+            assert record.blank_share == 0 and record.point_pixels == len(frame.cloud) * pixels
         else:
-            assert record.point_pixels <= 1.02 * len(frame.cloud) * (lit - flat)
+            assert record.blank_share == pytest.approx((lit - flat) / pixels, rel=0.02)
+            assert record.point_pixels == pytest.approx(len(frame.cloud) * (lit - flat), rel=0.02)
