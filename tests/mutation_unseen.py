@@ -30,7 +30,11 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("bits: int = 8,", "8 → 9", "frames hold 8 bits"),
         ("if bits < 8", "bits < 8 → (bits <= 8)", "of 256 levels all are allowed"),
     ],
+    "chrmc/compensation/ch_rmc_paper/cost.py": [
+        ("chosen = random.choice(", "False → True", "which points stand for an object"),
+    ],
     "chrmc/compensation/ch_rmc_paper/image_measures.py": [
+        ("whole = propagate(field", "-plane → plane", "the transfer function holds the distance"),
         ("high = min(count, ceil(at.max())", "1 → 2", "a dark pixel of a margin of twelve"),
         ("high = min(count, ceil(at.max())", "ceil(at.max()) + MARGIN + 1 → "
          "(ceil(at.max()) + MARGIN - 1)", "two dark pixels of it"),
@@ -170,5 +174,6 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("if not np.isfinite(depth) or rise", "rise * sqrt(grains) < PROMINENCE → "
          "(rise * sqrt(grains) <= PROMINENCE)", "measured numbers are not equal"),
         ("floor = ", "", "keeps 0/0 away"),
+        ("rise = float(curve.max())", "1e-300 → 2e-300", "the same"),
     ],
 }  # fmt: skip

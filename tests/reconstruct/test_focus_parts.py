@@ -228,3 +228,9 @@ def test_a_region_of_speckle_is_where_its_outline_is_sharp(contrast, found):
         assert focus.depth == pytest.approx(DEPTHS[14], abs=2.5e-4)
         assert focus.position[0] == pytest.approx(3e-4 + (40.0 - 44.5) * P, abs=1.5 * P)
         assert focus.position[1] == pytest.approx(2e-4 + (38.5 - 40.0) * P, abs=1.5 * P)
+        # Seen through a shade that falls off to one side, and is known, it stands where it did.
+        shade = np.tile(np.linspace(1, 0.7, 90), (2, 81, 1))
+        dim = FocalStack(DEPTHS, (np.array(planes) * shade[0]).astype(np.float32), patch)
+        again = find_focus(dim, SIDE, shade)
+        assert again.method == "region"
+        assert again.position == pytest.approx(focus.position, abs=0.01 * P)
