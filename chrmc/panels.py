@@ -118,12 +118,13 @@ def encoding_for(slm: SLM, asked: str | None = None) -> str:
 
 def user_folder() -> Path:
     """Where a user's own panels lie, as NAME.toml."""
+    home = Path(os.path.expanduser("~"))  # noqa: PTH111 - a user of a container may have none
     if sys.platform == "win32":
-        base = Path(os.environ.get("APPDATA", Path.home()))
+        base = Path(os.environ.get("APPDATA", home))
     elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Application Support"
+        base = home / "Library" / "Application Support"
     else:
-        base = Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config")
+        base = Path(os.environ.get("XDG_CONFIG_HOME") or home / ".config")
     return base / "chrmc" / "panels"
 
 

@@ -41,10 +41,10 @@ def write_pixels(
         spec.attribute(name, value)
 
     def write(partial: Path) -> None:
-        out = oiio.ImageOutput.create(str(partial))
+        out = oiio.ImageOutput.create(file_name(partial))
         if out is None:
             raise OSError(f"{path}: no writer for this kind of file; use .tif, .png or .exr")
-        if not out.open(str(partial), spec):
+        if not out.open(file_name(partial), spec):
             raise OSError(f"{path}: {_line(out.geterror())}")
         written = out.write_image(np.ascontiguousarray(pixels))
         closed = out.close()
@@ -64,13 +64,23 @@ def _whole(path: Path) -> bool:
     """Whether a picture can be read to its end."""
     import OpenImageIO as oiio
 
-    source = oiio.ImageInput.open(str(path))
+    source = oiio.ImageInput.open(file_name(path))
     if source is None:
         oiio.geterror()
         return False
     pixels = source.read_image()
     source.close()
     return pixels is not None
+
+
+def file_name(path: Path) -> str:
+    """A path as OpenImageIO takes it; OSError for bytes that are no text, which it cannot name."""
+    name = str(path)
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        raise OSError(f"{name!a}: the name is no text in UTF-8; rename it") from None
+    return name
 
 
 def _line(text: str) -> str:
@@ -100,9 +110,9 @@ def opened(path: Path) -> Iterator[Any]:
 
     if not path.is_file():
         raise FileNotFoundError(f"{path} is missing")
-    source = oiio.ImageInput.open(str(path))
+    source = oiio.ImageInput.open(file_name(path))
     if source is None:
-        raise OSError(f"{path} cannot be read: {' '.join(oiio.geterror().split())[:160]}")
+        raise OSError(f"{path} cannot be read: {_line(oiio.geterror())[:160]}")
     try:
         yield source
     finally:

@@ -1,5 +1,6 @@
 """A byte to other instruments at every new frame: UDP or a serial line."""
 
+import re
 import socket
 from collections.abc import Callable
 from typing import Any
@@ -59,7 +60,8 @@ class SerialMark:
         try:
             self._line: Any = serial.Serial(port, baud, write_timeout=0.1)
         except (serial.SerialException, ValueError) as error:
-            raise OSError(f"serial line {port}: {error}") from error
+            said = re.sub(r"\[Errno -?\d+\] ", "", str(error))
+            raise OSError(f"serial line {port}: {said}") from error
         self._message = message
 
     def __call__(self, flip: Flip) -> None:

@@ -1,13 +1,14 @@
 """The command `chrmc`: finds commands by name, and turns every error into one line."""
 
 import importlib.util
+import os
 import sys
 from pathlib import Path
 
 import click
 
 from chrmc.cli.lazy import LazyGroup
-from chrmc.cli.signals import ended_by_signal
+from chrmc.cli.signals import ended_by_signal, no_more_signals
 
 # name: (module, one line for --help). Modules load when their command is called.
 COMMANDS = {
@@ -56,20 +57,23 @@ def group() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run a command line. Exit status 2 and one line on stderr for whatever the user can mend."""
+    if sys.stderr is None:  # closed by the caller: progress bars and warnings write there
+        sys.stderr = Path(os.devnull).open("w")  # noqa: SIM115 - until the end
     hidden = hidden_package()
     if hidden is not None:
         fail(hidden)
     try:
         with ended_by_signal():
             status = group.main(args=arguments, prog_name="chrmc", standalone_mode=False)
-    except click.exceptions.Abort:
-        print("chrmc: interrupted; what was finished is kept", file=sys.stderr)
-        sys.exit(130)
-    except KeyboardInterrupt:
+    except (click.exceptions.Abort, KeyboardInterrupt):
+        no_more_signals()  # a second one would end what is being put away
         print("chrmc: interrupted; what was finished is kept", file=sys.stderr)
         sys.exit(130)
     except click.ClickException as error:
         fail(error.format_message())
+    except MemoryError as error:
+        why = str(error) or "a smaller panel, fewer points or fewer --workers take less"
+        fail(f"there is not enough memory: {why}")
     except OSError as error:
         fail(in_words(error))
     except ValueError as error:

@@ -7,6 +7,14 @@ from collections.abc import Iterator
 from types import FrameType
 
 
+def no_more_signals() -> None:
+    """Ignore Ctrl-C and its like from here on: the program is ending."""
+    if threading.current_thread() is threading.main_thread():
+        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+            if hasattr(signal, name):
+                signal.signal(getattr(signal, name), signal.SIG_IGN)
+
+
 @contextlib.contextmanager
 def ended_by_signal(even_under_nohup: bool = False) -> Iterator[None]:
     """Let a polite kill (SIGTERM) or a lost terminal (SIGHUP) end what is inside as Ctrl-C does.

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.colour import LUMINANCE, hue
-from chrmc.pictures import write_pixels
+from chrmc.pictures import file_name, write_pixels
 from chrmc.scene.rgbd import RGBDFrame
 
 INTENSITY_NAMES = ("y", "i", "intensity", "grey", "gray", "luminance")
@@ -60,7 +60,7 @@ def read_exr(path: Path) -> tuple[RGBDFrame, bool]:
 
     if not path.is_file():
         raise FileNotFoundError(f"{path} is missing")
-    source = oiio.ImageInput.open(str(path))
+    source = oiio.ImageInput.open(file_name(path))
     if source is None:
         raise OSError(f"{path} cannot be read: {_line(oiio.geterror())}")
     try:
