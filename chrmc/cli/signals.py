@@ -3,8 +3,12 @@
 import contextlib
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from types import FrameType
+
+PATIENCE = 5.0
+"""Seconds after an interrupt in which another one changes nothing."""
 
 
 def no_more_signals() -> None:
@@ -25,10 +29,19 @@ def ended_by_signal(even_under_nohup: bool = False) -> Iterator[None]:
         yield  # signals are the main thread's
         return
 
+    came = -PATIENCE
+
     def end(_number: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
+        nonlocal came
+        now = time.monotonic()
+        # A second one would break off what puts things away after the first.
+        if now - came > PATIENCE:
+            came = now
+            raise KeyboardInterrupt
 
     polite = [signal.SIGTERM]
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        polite.append(signal.SIGINT)
     if hasattr(signal, "SIGHUP") and (
         even_under_nohup or signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN
     ):

@@ -21,7 +21,7 @@ from chrmc.store.video import Video, open_video
 from chrmc.store.writer import remove_video
 from chrmc.survey import spot_check
 from chrmc.sweep.case import Case
-from chrmc.sweep.table import Row, to_csv, to_text
+from chrmc.sweep.table import Row, fits, to_csv, to_text
 
 Judge = Callable[[Video, Sequence[int], Scene], Mapping[str, float | None]]
 """(video, frames, scene) → columns of the table that only a reconstruction can tell."""
@@ -44,7 +44,7 @@ def run_sweep(
 
     judge : looks at a finished video
     machine : in words, for the table
-    anew : forget the rows that are there
+    anew : make those too that are there; each is replaced when the new one stands
     keep_videos : leave them in the folder; else each goes when its row stands
     engine : `workers`, `scheduler` of `make_video`
 
@@ -53,17 +53,22 @@ def run_sweep(
     """
     names = _digests(cases)
     with told_when_full(folder), writer_lock(folder):
-        if anew:
-            for path in (folder / _ROWS).glob("*.json"):
-                path.unlink()
         sweep(folder)
         sweep(folder / _ROWS)
-        found = [_kept(case, name, folder) for case, name in zip(cases, names, strict=True)]
-        _store_tables(found, folder)
+        # Nothing of before goes until what takes its place stands.
+        before = {name for name in names if name and anew}
+
+        def kept(k: int) -> Row | None:
+            return None if names[k] in before else _kept(cases[k], names[k], folder)
+
+        found = [kept(k) for k in range(len(cases))]
+        if not anew:
+            _store_tables(found, folder)
         for k in progress([k for k, row in enumerate(found) if row is None], "sweep", unit="row"):
-            found[k] = _kept(cases[k], names[k], folder)  # another case may have been the same
+            found[k] = kept(k)  # another case may have been the same
             if found[k] is None:
                 found[k] = _made(cases[k], names[k], folder, judge, machine, engine)
+                before.discard(names[k])
                 _store_tables(found, folder)
             if not keep_videos:
                 _without_video(names[k], folder)
@@ -116,7 +121,7 @@ def _kept(case: Case, name: str, folder: Path) -> Row | None:
     if not path.exists():
         return None
     content = read_json(path, "row of a sweep")
-    if not isinstance(content, dict):
+    if not isinstance(content, dict) or not all(fits(k, v) for k, v in content.items()):
         raise ValueError(f"{path} is no row of a sweep: remove it")
     return case.names | content
 

@@ -40,6 +40,14 @@ _SHOWN = ("scene", "method", "tolerance", "encoding", "slm", "frames", "seconds"
           "in_focus", "depth_error", "psnr")  # fmt: skip
 
 
+def fits(name: str, value: Any) -> bool:
+    """Whether a value can stand in a column: a number, words, or nothing."""
+    if name in TEXT:
+        return value is None or isinstance(value, str)
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    return name in COLUMNS and (value is None or (plain and abs(value) < 1e300))
+
+
 def to_csv(rows: Sequence[Row]) -> str:
     """The table, a line per row; numbers in full."""
     out = io.StringIO()

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from chrmc.cli.signals import ended_by_signal
 from chrmc.interrupts import interrupts_wait
 
 # A signal while moderngl's C code is in Python: it takes no exception there.
@@ -65,3 +66,20 @@ def test_what_the_caller_ignores_stays_ignored() -> None:
         assert signal.getsignal(signal.SIGTERM) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+@pytest.mark.parametrize("second", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_second_signal_breaks_off_nothing_that_is_put_away(second: str) -> None:
+    away = False
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), ended_by_signal():
+            try:
+                signal.raise_signal(signal.SIGTERM)
+            finally:
+                signal.raise_signal(getattr(signal, second))
+                away = True
+        assert away
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)

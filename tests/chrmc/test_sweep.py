@@ -175,6 +175,29 @@ def test_what_is_cut_off_goes_on_and_what_has_grown_makes_only_the_new(recipe: P
     assert len(made) == 8
 
 
+def test_rows_made_anew_replace_those_of_before_one_by_one(recipe: Path) -> None:
+    recipe.write_text(SHORT)
+    folder, cases = recipe.parent / "v", read_recipe(recipe)
+    run_sweep(cases, folder, lambda *_: {"psnr": 1.0}, "before")
+    table_before = (folder / "sweep.csv").read_bytes()
+    with pytest.raises(OSError, match="scheduler"):
+        run_sweep(cases, folder, lambda *_: {}, "now", anew=True, scheduler="tcp://127.0.0.1:1")
+    assert (folder / "sweep.csv").read_bytes() == table_before
+    assert len(list((folder / "rows").glob("*.json"))) == 3
+    rows = run_sweep(cases, folder, lambda *_: {"psnr": 2.0}, "now", anew=True)
+    assert [(row["psnr"], row["machine"]) for row in rows] == [(2.0, "now")] * 3
+
+
+def test_a_row_that_somebody_wrote_is_one_line(recipe: Path) -> None:
+    recipe.write_text(SHORT)
+    folder, cases = recipe.parent / "v", read_recipe(recipe)
+    run_sweep(cases, folder, lambda *_: {}, "here")
+    for content in ('{"psnr": "x"}', '{"nothing": 1}', '{"seconds": [1]}', "[]"):
+        next((folder / "rows").glob("*.json")).write_text(content)
+        with pytest.raises(ValueError, match="is no row of a sweep: remove it"):
+            run_sweep(cases, folder, lambda *_: {}, "here")
+
+
 def test_choices_that_do_not_fit_make_a_row_that_says_so(recipe: Path) -> None:
     recipe.write_text(
         'scenes = ["turning.py:scene"]\nslms = ["240x150:40um", "24x30:900um"]\nframes = "1"\n'
