@@ -27,7 +27,7 @@ from chrmc.slm import SLM
 from chrmc.window import Window
 
 _UNSTATED = 1e-5
-"""Relative error that stands for a CGH method's that states none: only ratios of it are used."""
+"""Relative error that stands for one that a CGH method does not state, of exact sums for one."""
 _WORSE = 2.0
 """Times a method's own error that a sum of its fields may have, where no tolerance is given."""
 
@@ -91,7 +91,9 @@ class Work:
             passband=self.coding.passband,
             **self.cgh_options,
         )
-        return field, _UNSTATED if error is None else error
+        if error is None:  # few waves are summed one by one, well within any tolerance
+            error = min(_UNSTATED, self.cgh_options.get("tolerance", 1.0) / 2)
+        return field, error
 
     def add(
         self,

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import chrmc
+from chrmc.compensation.ch_rmc_paper import paper
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import coding_for
 from chrmc.reference import reference_field, relative_error
@@ -99,6 +100,13 @@ def test_a_turn_on_the_spot_is_stated_though_no_point_leaves_its_pixel(
     for frame, error in frames(turned, shape, rekey_error=1e-4):
         assert error <= 1e-4 + METHOD
         assert frame.record.error_predicted <= 1e-4 + METHOD
+
+
+def test_a_tight_tolerance_of_the_cgh_method_asks_for_no_more_keys() -> None:
+    slm, still = SLM("small", 40, 30, PITCH), scene({"body": cloud(1)}, turning(0.0))
+    coding = coding_for("real", slm)
+    found = paper.frames(still, slm, WAVELENGTH, "curved", range(1, 4), coding, tolerance=1e-6)
+    assert [frame.record.points_computed for frame in found] == [12, 0, 0]
 
 
 def test_what_nobody_measured_is_not_stated() -> None:
