@@ -7,7 +7,7 @@ import pytest
 
 from chrmc import SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
-from chrmc.cgh.curved import verify
+from chrmc.cgh.curved import predict, verify
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Line
 from chrmc.optics.passband import UNLIMITED
@@ -73,3 +73,50 @@ def test_more_pixels_are_drawn_where_few_leave_it_open(
     plane = Plane(Line(0.0, 1.0, 30), Line(0.0, 1.0, 20), WAVELENGTH, (1.0, 1.0))
     found = lattice.error(exact, plane, 10_000, 1e-3, expected)
     assert found == pytest.approx(error, rel=0.2) and pixels == drawn
+
+
+@pytest.mark.parametrize(
+    ("width", "points", "tolerance", "share"),
+    [
+        (320, 60, 1e-3, 0.8),
+        (320, 8, 1e-3, 0.8),
+        (320, 7, 1e-3, 0.4),  # one draw of few phases may lie far from the mean
+        (320, 7, 1e-6, np.hypot(0.4, 0.5)),  # but rounding is as it is
+        (320, 7, 7e-7, 0.8),
+        (70, 60, 1e-3, 0.8),
+        (64, 60, 1e-3, 0.5),
+        (64, 7, 1e-3, 0.4),
+    ],
+)
+def test_more_room_is_left_where_few_points_or_nodes_see_one_draw(
+    width: int, points: int, tolerance: float, share: float
+) -> None:
+    panel = SLM("narrow", width, 200, 16e-6)
+    random = np.random.default_rng(0)
+    places = random.uniform((-3e-4, -3e-4, 0.1497), (3e-4, 3e-4, 0.1503), (60, 3))
+    cloud = PointCloud(places, np.ones(60), np.zeros(60))
+    plane = curved.plane_of(panel, WAVELENGTH, Window.full(panel), UNLIMITED)
+    factor, budget = curved.make_factor(cloud, plane, 1e-3)
+    allowed = predict.error_allowed([factor], tolerance, points)
+    assert allowed == pytest.approx(share * tolerance)
+    for part, kept in ((0.99, True), (1.01, False)):
+        expected = replace(budget, error=(part * allowed) ** 2 * budget.light)
+        assert predict.promise_kept([factor], expected, tolerance, points) == kept
+
+
+def test_the_points_that_are_tried_stand_for_all_of_the_light() -> None:
+    random = np.random.default_rng(1)
+    positions = random.uniform(1.0, 2.0, (400, 3))
+    strength = random.uniform(0.1, 1.0, 400)
+    chosen, weight = predict.sample_points(strength, positions)
+    assert len(chosen) == len(set(chosen.tolist())) == len(weight) <= 32
+    assert weight.sum() == pytest.approx(strength.sum())
+    aside = np.abs(positions - (positions.min(axis=0) + positions.max(axis=0)) / 2)
+    for rank in (strength, aside[:, 0], aside[:, 1]):
+        farthest = np.argsort(rank)[-4:]
+        assert set(farthest) <= set(chosen)
+    # These stand for themselves, the others for all others.
+    special = np.isclose(weight, strength[chosen])
+    assert 4 <= special.sum() <= 12 and (weight[~special] > strength[chosen][~special]).all()
+    few = predict.sample_points(strength[:32], positions[:32])
+    assert np.array_equal(few[0], np.arange(32)) and np.array_equal(few[1], strength[:32])
