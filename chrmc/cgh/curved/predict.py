@@ -67,7 +67,7 @@ def error_allowed(factors: Sequence[Factor], tolerance: float, points: int) -> f
     nodes = min((_widest(a) for f in factors for a in (f.axis_x, f.axis_y)), default=0)
     few = nodes < _FEW_NODES or points < _FEW_POINTS
     share = 0.4 if points < _FEW_POINTS else 0.5
-    return min(0.8, hypot(share, ROUNDING / tolerance) if few else 0.8) * tolerance
+    return (min(0.8, hypot(share, ROUNDING / tolerance)) if few else 0.8) * tolerance
 
 
 def _widest(axis: Axis) -> int:

@@ -85,6 +85,7 @@ def test_more_pixels_are_drawn_where_few_leave_it_open(
         (320, 7, 7e-7, 0.8),
         (70, 60, 1e-3, 0.8),
         (64, 60, 1e-3, 0.5),
+        (64, 8, 1e-3, 0.5),
         (64, 7, 1e-3, 0.4),
     ],
 )
@@ -108,6 +109,7 @@ def test_the_points_that_are_tried_stand_for_all_of_the_light() -> None:
     random = np.random.default_rng(1)
     positions = random.uniform(1.0, 2.0, (400, 3))
     strength = random.uniform(0.1, 1.0, 400)
+    strength[::9] = 0
     chosen, weight = predict.sample_points(strength, positions)
     assert len(chosen) == len(set(chosen.tolist())) == len(weight) <= 32
     assert weight.sum() == pytest.approx(strength.sum())
@@ -118,5 +120,6 @@ def test_the_points_that_are_tried_stand_for_all_of_the_light() -> None:
     # These stand for themselves, the others for all others.
     special = np.isclose(weight, strength[chosen])
     assert 4 <= special.sum() <= 12 and (weight[~special] > strength[chosen][~special]).all()
+    assert len(predict.sample_points(strength[:33], positions[:33])[0]) <= 32
     few = predict.sample_points(strength[:32], positions[:32])
     assert np.array_equal(few[0], np.arange(32)) and np.array_equal(few[1], strength[:32])
