@@ -92,7 +92,6 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     ],
     "chrmc/compensation/ch_rmc_object/group.py": [
         ("radians = radians.astype(m.real", "m.real → m.imag", "of one type"),
-        ("if number > 1 and high", "number > 1 → (number >= 1)", "one part of one"),
     ],
     "chrmc/compensation/ch_rmc_object/sphere.py": [
         ("for _ in range(20):", "20 → 21", "Newton's steps past convergence"),
