@@ -66,7 +66,7 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("ceil((high - low) / step) + 2", "1 → 2", "one place of room"),
     ],
     "chrmc/compensation/ch_rmc_object/sums.py": [
-        ("_AT_ONCE, _RUN = ", "", "points at once"),
+        ("_AT_ONCE = ", "", "points at once"),
         ("_FEW = ", "", "the same"),
         ("half = (high - low)", "", "places farther apart, and more of them"),
         ("few = 4 + ceil(", "4 → 5", "a place more than are needed"),
@@ -101,14 +101,14 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("if np.max(np.abs(step)) <= _EXACT", "np.max(np.abs(step)) <= _EXACT * self.grid.step[1]"
          " * np.max(r) → (np.max(np.abs(step)) < _EXACT * self.grid.step[1] * np.max(r))",
          "measured numbers are not equal"),
-        ("if first.min() < 0 or", "first.max() + rows > grid.count[1] → "
-         "(first.max() + rows >= grid.count[1])", "one place of room"),
+        ("if first < 0 or", "first + rows > grid.count[1] → (first + rows >= grid.count[1])",
+         "one place of room"),
         ("slack = 1e-6", "", "rounding has room"),
         ("inside = grid.span[0]", "grid.span[0] - slack <= 1 / r.max() → "
          "(grid.span[0] - slack < 1 / r.max())", "measured numbers are not equal"),
         ("inside = grid.span[0]", "1 / r.min() <= grid.span[1] + slack → "
          "(1 / r.min() < grid.span[1] + slack)", "the same"),
-        ("if first.min() < 0 or", "first.min() < 0 → (first.min() <= 0)", "one place of room"),
+        ("if first < 0 or", "first < 0 → (first <= 0)", "the same"),
         ("if low < 0 or high", "low < 0 → (low <= 0)", "the same"),
         ("if low < 0 or high", "high > grid.count[0] → (high >= grid.count[0])", "the same"),
         ("_EXACT = ", "", "a hundred-millionth of a step"),
