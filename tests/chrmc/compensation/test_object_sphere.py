@@ -194,7 +194,7 @@ def test_every_points_own_error_is_known(nearer: float) -> None:
     plane = plane_of(SMALL, WAVELENGTH, window, coding_for("ssb", SMALL).passband)
     plans = [planned(frame, outline_of(points), plane, 1e-3) for frame in frames]
     poses = [frame.pose for frame in frames if frame.pose is not None]
-    group = Group(plans[0], outline_of(points), poses, (1, 1, 1), plane, 1e-3)
+    group = Group(plans[0], outline_of(points), poses, plane, 1e-3)
     known, found = [], []
     for j in range(len(points)):
         squares = []
