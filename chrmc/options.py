@@ -3,7 +3,11 @@
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
-from typing import Any
+from numbers import Integral, Real
+from types import NoneType
+from typing import Any, get_args
+
+from chrmc.ranges import short
 
 
 def meant(name: str, names: Iterable[str]) -> str:
@@ -41,3 +45,20 @@ def check_options(
         who = f"; {', '.join(having)} {'has' if len(having) == 1 else 'have'} it" if having else ""
         alike = meant(unknown[0], names)
         raise ValueError(f"{kind} has no option {unknown[0]!r}{alike}; {takes}{who}")
+    declared = inspect.signature(function).parameters
+    for name in options.keys() & declared.keys():
+        _check_number(f"{kind}'s option {name}", options[name], declared[name].annotation)
+
+
+def _check_number(name: str, value: Any, declared: Any) -> None:
+    """ValueError where a number is declared, or a whole one, and something else given; other types
+    are the method's own to check."""
+    kinds = set(get_args(declared)) or {declared}
+    if not kinds & {int, float} or not kinds <= {int, float, bool, NoneType}:
+        return
+    if (value is None and NoneType in kinds) or (isinstance(value, bool) and bool in kinds):
+        return
+    wanted: Any = Real if float in kinds else Integral
+    if isinstance(value, bool) or not isinstance(value, wanted) or value != value:
+        what = "a number" if float in kinds else "a whole number"
+        raise ValueError(f"{name} must be {what}, not {short(value)}")
