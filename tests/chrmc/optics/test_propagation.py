@@ -12,6 +12,7 @@ from chrmc.optics.propagation import (
     cycles_to_phasor,
     padded_shape,
     propagate,
+    spread,
     transfer_function,
 )
 
@@ -134,6 +135,14 @@ def test_there_and_back_on_samples_finer_than_half_a_wavelength(share):
     away = propagate(field, share * LAMBDA, LAMBDA, 2e-6)
     assert relative(propagate(away, share * LAMBDA, LAMBDA, -2e-6), field) < 1e-4
     assert relative(away, field) > 0.1
+
+
+def test_light_walks_sideways_by_the_tangent_of_its_angle():
+    for sine in (0.03, 0.6, 0.8):
+        walk = 2e-3 * sine / np.cos(np.arcsin(sine))
+        assert spread(LAMBDA, sine / LAMBDA, 2e-3) == pytest.approx(walk)
+        assert spread(LAMBDA, sine / LAMBDA, -2e-3) == pytest.approx(walk)
+    assert 2e-3 < spread(LAMBDA, 1.5 / LAMBDA, 2e-3) < 1  # no wave goes there
 
 
 def test_energy_is_kept():
