@@ -6,6 +6,7 @@ import pytest
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
 from chrmc.cgh.curved import chebyshev, series, tables, wave
+from chrmc.cgh.curved.along import across
 from chrmc.cgh.curved.clusters import bounding_box
 from chrmc.cgh.curved.nodes import Axis
 from chrmc.encoding import coding_for
@@ -173,3 +174,29 @@ def test_a_box_of_one_point_needs_one_term() -> None:
     box = bounding_box(np.array([[1e-3, 2e-3, 5.0]]))
     made = series.make_series((-8e-3, 8e-3), (-5e-3, 5e-3), box, REFERENCE.kernel(WAVELENGTH), 1e-6)
     assert made is not None and made.terms == 1
+
+
+@pytest.mark.parametrize(
+    ("targets", "squares"),
+    [
+        ((-2.0, 5.0), (2.5, 18.75)),
+        ((-5.0, 2.0), (2.5, 18.75)),
+        ((3.0, 5.0), (10.6, 21.0)),
+        ((-5.0, -3.0), (10.6, 21.0)),
+    ],
+)
+def test_filters_are_made_on_two_lines_between_which_most_targets_lie(
+    targets: tuple[float, float], squares: tuple[float, float]
+) -> None:
+    """What grows with the square of the distance is read off both exactly."""
+    centre = 0.7
+    made = across((targets[0] + centre, targets[1] + centre), centre)
+    lines = np.array(made.lines) - centre
+    np.testing.assert_allclose(lines**2, squares)
+    assert np.all(lines > 0) if abs(targets[1]) > abs(targets[0]) else np.all(lines < 0)
+    t = np.linspace(*targets, 9)
+    near, far = made.shares(t + centre)
+    for power in (0, 2):
+        np.testing.assert_allclose(near * lines[0] ** power + far * lines[1] ** power, t**power)
+    one = across((centre, centre), centre)
+    assert one.shares(t[:2])[0].tolist() == [1, 1] and one.shares(t[:2])[1].tolist() == [0, 0]
