@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
+import chrmc
 from chrmc.bench.extremes import case_of, run
+from chrmc.encoding import coding_for
+from chrmc.reference import reference_field, relative_error
+from chrmc.scene.point_scene import PointScene
+from chrmc.slm import SLM
 
 
 @pytest.mark.parametrize(
@@ -21,3 +26,20 @@ def test_the_promise_is_kept_or_refused(seed: int) -> None:
         out = run(case_of(seed))
     assert not out.fault, out.fault
     assert out.seconds < 60
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+def test_a_body_of_one_place_is_shown(tolerance: float) -> None:
+    """One point on the axis: the few nodes that it takes were refused."""
+    slm, wavelength = SLM("small", 320, 200, 8e-6), 532e-9
+    point = chrmc.PointCloud(np.zeros((1, 3)), np.ones(1), np.zeros(1))
+    poses = [
+        chrmc.Pose.from_rotvec([0, 0.3 * k, 0], [1e-4 * k, 0, 0.12 + 1e-3 * k]) for k in range(2)
+    ]
+    scene = PointScene("one", {"point": point}, {"point": poses})
+    band = coding_for("real", slm).passband
+    for frame in chrmc.video(
+        scene, slm, wavelength, compensation="ch-rmc-object", tolerance=tolerance
+    ):
+        truth = reference_field(frame.cloud, slm, wavelength, passband=band)
+        assert relative_error(frame.field, truth) <= tolerance
