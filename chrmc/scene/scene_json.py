@@ -28,6 +28,7 @@ import numpy as np
 
 from chrmc.files import read_json
 from chrmc.ranges import real, short
+from chrmc.scene.points import FARTHEST
 from chrmc.scene.rgbd import DepthPlanes
 from chrmc.scene.rgbd_scene import PHASE_SEED, RGBDScene
 from chrmc.scene.scene import Pose
@@ -124,7 +125,7 @@ def _number(value: Any, key: str) -> float:
 
 def _length(content: Mapping[str, Any], key: str) -> float:
     value = _number(content[key], key)
-    if value <= 0:
+    if not 0 < value <= FARTHEST:
         raise ValueError(f"{key} must be a positive number of metres, not {short(value)}")
     return value
 
@@ -212,7 +213,9 @@ def _pose(entry: Any, name: str, number: int) -> Pose:
         translation = np.array(entry["translation"], dtype=np.float64)
         right = rotation.shape == (3, 3) and translation.shape == (3,)
         right = right and np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
-        right = right and np.linalg.det(rotation) > 0 and bool(np.isfinite(translation).all())
+        right = (
+            right and np.linalg.det(rotation) > 0 and bool((np.abs(translation) <= FARTHEST).all())
+        )
     except (TypeError, KeyError, ValueError):
         right = False
     if not right:
