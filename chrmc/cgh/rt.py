@@ -92,7 +92,8 @@ def field(
 
     Relative error against `chrmc.reference_field` below 1e-5 (tested from 1 mm to 10 m depth,
     bare waves at steep angles included: where `rest` passes 6 wavelengths the points are
-    computed in float64, several times slower; so is all where waves cancel).
+    computed in float64, several times slower; so is all where waves cancel). Raises ValueError
+    where waves cancel past double precision.
     """
     out, noise = _sum(cloud, slm, wavelength, window, passband, np.complex64)
     if noise > _ALLOWED**2 * _power(out):

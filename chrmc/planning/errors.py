@@ -44,9 +44,9 @@ def expected_error(
     few = cloud.select(np.sort(drawn))
     rows, columns = pixels_within(few, slm, wavelength, passband, PIXELS, random)
     truth = true_waves(few, slm, wavelength, rows, columns, passband)
-    made = method.waves(few, slm, wavelength, rows, columns, passband, **options)
+    waves = method.waves(few, slm, wavelength, rows, columns, passband, **options)
     light = np.mean(np.abs(truth) ** 2, axis=1)
-    missed = np.mean(np.abs(made - truth) ** 2, axis=1)
+    missed = np.mean(np.abs(waves - truth) ** 2, axis=1)
     seen = light > 0
     weight = expected_power(few, slm, wavelength, passband)[seen]
     if not weight.sum() > 0:

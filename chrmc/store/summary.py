@@ -92,7 +92,7 @@ def _why_nothing_is_reused(video: Video) -> str:
         f"{name} is computed afresh in each ({why}{poses if 'not known again' in why else ''})"
         for name, why in reasons.items()
     ]
-    names = dict.fromkeys(thing["name"] for entry in video.frames for thing in entry["objects"])
+    names = dict.fromkeys(obj["name"] for entry in video.frames for obj in entry["objects"])
     if reasons.keys() <= names.keys():  # and not all objects as one
         told += [f"{name} is reused" for name in names if name not in reasons]
     return ": " + ", ".join(told)

@@ -288,13 +288,13 @@ def _sum(
         return exact(), None
     given = cloud, slm, wavelength, window, passband
     pay = rays_pay(*given, plane, tolerance)
-    if pay and (made := by_rays(*given, plane, tolerance)) is not None:
-        return made
+    if pay and (rays := by_rays(*given, plane, tolerance)) is not None:
+        return rays
     try:
         return low_rank(*given, tolerance=tolerance)
     except ValueError:
-        if not pay and work > QUICK and (made := by_rays(*given, plane, tolerance)) is not None:
-            return made
+        if not pay and work > QUICK and (rays := by_rays(*given, plane, tolerance)) is not None:
+            return rays
         if work <= BEARABLE:
             return exact(), None
         raise

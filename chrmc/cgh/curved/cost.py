@@ -142,7 +142,7 @@ def _some_edge(axis: Axis) -> tuple[Axis, float]:
     few = replace(
         longest,
         nodes=slice(start + kept.start, start + kept.stop),
-        line=None if longest.line is None else longest.line.part(kept.start, kept.stop),
+        line=longest.line.part(kept.start, kept.stop),
         weight=longest.weight[kept],
     )
     runs = tuple(few if run is longest else run for run in axis.runs

@@ -284,11 +284,11 @@ def readings_of(
             return float(weight @ (np.abs(error) ** 2 @ run.weight[nodes] * light[1 - i]))
 
         both = models[0], models[1]
-        made = reading_of(axes[i], both, aside, aim, power, allowed)
-        from_points.append(made is None)
-        if made is None:
-            made = reading_of(axes[i], both, aside, aim, None)
-        assert made is not None  # without strips there is nothing too long
-        along.append(made[0])
-        missed += made[1]
+        reading = reading_of(axes[i], both, aside, aim, power, allowed)
+        from_points.append(reading is None)
+        if reading is None:
+            reading = reading_of(axes[i], both, aside, aim, None)
+        assert reading is not None  # without strips there is nothing too long
+        along.append(reading[0])
+        missed += reading[1]
     return Readings((along[0], along[1]), missed, total, (from_points[0], from_points[1]))

@@ -58,8 +58,8 @@ def by_rays(
     given = cloud, slm, wavelength, window, passband
     if STATED.seconds(rt.cost(*given)) > _BEARABLE:
         return None
-    made = rt.quick_field(*given, min(_NOISE[0] * tolerance, _NOISE[1]))
-    if made is None:
+    out = rt.quick_field(*given, min(_NOISE[0] * tolerance, _NOISE[1]))
+    if out is None:
         return None
-    error = field_error(made, cloud, plane, tolerance)
-    return (made, error) if error <= SURE * tolerance else None
+    error = field_error(out, cloud, plane, tolerance)
+    return (out, error) if error <= SURE * tolerance else None

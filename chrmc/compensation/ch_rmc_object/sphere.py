@@ -203,12 +203,12 @@ class Sphere:
         points = self._points.select(index)
         alpha, beta, _, _ = self._middle(tile)
         aim = SHARE * self._tolerance
-        made = transformed_tile(points, (alpha, beta), self.grid.layers, self._wavelength, aim)
-        if made is None:
+        summed = transformed_tile(points, (alpha, beta), self.grid.layers, self._wavelength, aim)
+        if summed is None:
             return False
-        for layer, values in enumerate(made[0]):
+        for layer, values in enumerate(summed[0]):
             self._values[tile.beta, tile.alpha, layer] = values
-        self.dropped = max(self.dropped, made[1])
+        self.dropped = max(self.dropped, summed[1])
         return True
 
     def _add(self, tile: _Tile, index: NDArray[np.intp], sign: Floats) -> None:
@@ -256,12 +256,12 @@ class Sphere:
         box = np.stack([-self._half, self._half], axis=1)
         ends = (float(alpha[0]), float(alpha[-1])), (float(beta[0]), float(beta[-1]))
         aim = SHARE * self._tolerance
-        made = layer_series(ends, box, self.grid.layers, rest, self._wavelength, aim)
-        if made is None:
+        expanded = layer_series(ends, box, self.grid.layers, rest, self._wavelength, aim)
+        if expanded is None:
             raise NotCovered
-        self.dropped = max(self.dropped, made[1])
+        self.dropped = max(self.dropped, expanded[1])
         out = []
-        for series in made[0]:
+        for series in expanded[0]:
             on_nodes = series.on_nodes(alpha, beta, self._real)
             terms = [on_nodes.of(term) for term in range(series.terms)]
             values = np.stack([real + 1j * imag for real, imag in terms]).astype(self._complex)

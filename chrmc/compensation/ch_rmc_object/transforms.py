@@ -54,10 +54,10 @@ def transformed_tile(
         linear = along_a * (a - at_a) + along_b * (b - at_b)
         return path(a, b, place, r) - path(at_a, at_b, place, r) - linear
 
-    made = layer_series(ends, box, layers, rest, wavelength, tolerance)
-    if made is None or any(series.terms > MOST_TERMS for series in made[0]):
+    expanded = layer_series(ends, box, layers, rest, wavelength, tolerance)
+    if expanded is None or any(series.terms > MOST_TERMS for series in expanded[0]):
         return None
-    every, dropped = made
+    every, dropped = expanded
     real: type[np.floating] = np.float32 if tolerance >= _SINGLE else np.float64
     kind = np.result_type(real, np.complex64)
     steps = [(float(t[-1]) - float(t[0])) / max(len(t) - 1, 1) for t in directions]
