@@ -10,6 +10,7 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("padded.append(", "False → True", "another quick length of a transform"),
         ("kz = np.sqrt(np.maximum(w2", "0 → 1", "evanescent waves are cut anyway"),
         ("rise = np.sin(", "2 → 3", "sin³ is as soft an edge"),
+        ("low = min(max(low, 0), n - 1)", "0 → 1", "any one sample will do"),
         ("if rows * x.grid", "", "which of two equal products is quicker"),
         ("if self.grid[0] * self.grid[1] >", "self.grid[0] * self.grid[1] > MOST_SAMPLES → "
          "(self.grid[0] * self.grid[1] >= MOST_SAMPLES)", "one grid of one size"),

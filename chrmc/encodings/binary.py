@@ -64,5 +64,5 @@ def _stripes(
     # With signal = |U|·cos(carrier + arg U) the rule is signal > |U|·√(1 − A²).
     modulus = np.abs(field)
     amplitude = np.minimum(modulus / np.float32(scale if scale > 0 else 1.0), 1)
-    lit = (signal > modulus * np.sqrt(1 - amplitude**2)) & (modulus > 0)
+    lit = signal > modulus * np.sqrt(1 - amplitude**2)
     return lit.astype(np.uint8) * np.uint8(255)

@@ -96,6 +96,14 @@ def test_binary_encodings_are_binary(name):
     assert 0.1 < (frame > 0).mean() < 0.6
 
 
+def test_what_is_dark_has_no_stripes():
+    field = speckle(PANEL, 0.4)
+    field[:, :128] = 0
+    frame = encode(field, PANEL, "lee", band_limited=True)
+    assert not frame[:, :128].any() and frame[:, 128:].any()
+    assert not encode(0 * field, PANEL, "lee").any()
+
+
 def test_rounding_errors_vanish_around_the_carrier():
     field = speckle(PANEL, 0.4)
     scale = float(np.abs(field).max())
