@@ -175,6 +175,7 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
     ],
     "chrmc/cgh/curved/series.py": [
         ("counts.append(1)", "1 → 2", "a sample more of what does not change"),
+        ("MOST_SAMPLES = ", "", "when one way gives place to another: how long, not what"),
         ("counts.append(1 + node_count(1.15", "1.15 → 2.3", "more samples cost time"),
     ],
     "reconstruct/focus.py": [
