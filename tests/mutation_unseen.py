@@ -131,6 +131,12 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("max(20_000, _SAMPLES", "20_000 → 40000", "the same"),
         ("tables = Tables() if len(cloud) <= MOST", "", "whether tables are made beforehand"),
     ],
+    "chrmc/cgh/curved/edge.py": [
+        ("model = models[0]", "0 → 1", "they differ in what is not separable, which is not asked"),
+    ],
+    "chrmc/cgh/curved/cost.py": [
+        ("products = bytes_ = 0.0", "0.0 → 1.0", "one of billions"),
+    ],
     "chrmc/cgh/curved/direct.py": [
         (begins, "", "how much is worked out at once")
         for begins in (
