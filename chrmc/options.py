@@ -60,5 +60,5 @@ def _check_number(name: str, value: Any, declared: Any) -> None:
         return
     wanted: Any = Real if float in kinds else Integral
     if isinstance(value, bool) or not isinstance(value, wanted) or value != value:
-        what = "a number" if float in kinds else "a whole number"
+        what = "a finite number" if float in kinds else "a whole number"
         raise ValueError(f"{name} must be {what}, not {short(value)}")

@@ -6,7 +6,7 @@ its end hold the light without its footprint, so that the run stays smooth throu
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, hypot
 
 import numpy as np
@@ -261,9 +261,12 @@ def _smooth_run(line: Line, needs: Needs) -> Axis:
     grid: Grid | None = None
     nyquist = 0.0
     for _ in range(2):
-        # The waves' frequency where the outermost nodes lie.
+        # The waves' frequency where the outermost nodes lie, those of the other axis about as far
+        # beyond: few nodes, as of a single point, may span many times the panel.
         low, high = line.first - margin, line.first + step * (count - 1) + margin
-        wide = local_frequency((low, (low + high) / 2, high), needs.extent, needs.wavelength)
+        across = needs.extent.across * (1 + 2 * margin / (step * count))
+        extent = replace(needs.extent, across=across)
+        wide = local_frequency((low, (low + high) / 2, high), extent, needs.wavelength)
         if 2 * wide * step <= 1.02 * nyquist:
             break
         nyquist = 2 * wide * step

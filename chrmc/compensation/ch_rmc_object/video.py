@@ -15,7 +15,6 @@ Works on basebands, so the CGH method has to be `curved`.
 """
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,9 +42,6 @@ from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import ObjectFrame, Pose, Scene
 from chrmc.slm import SLM
 from chrmc.window import Window
-
-_TIGHT = 1e-5
-"""Tolerance at which what a looser one refused is tried once more."""
 
 
 @dataclass(eq=False)
@@ -300,24 +296,17 @@ class _Maker:
     def _afresh(self, obj: ObjectFrame, record: FrameRecord, why: str) -> _Track:
         """An object's factors straight from its points."""
         with record.stage("HC"):
-            factors, budget = self._from_points(obj.cloud)
+            low = low_rank(
+                obj.cloud,
+                self._slm,
+                self._wavelength,
+                self._window,
+                self._coding.passband,
+                tolerance=self._tolerance,
+            )
         self._book_key(obj, record)
         record.reuse[obj.name] = f"afresh: {why}" if why else "afresh"
-        return self._track(obj, factors, budget, None)
-
-    def _from_points(self, cloud: PointCloud) -> tuple[list[Factor], Budget]:
-        given = cloud, self._slm, self._wavelength, self._window, self._coding.passband
-        try:
-            low = low_rank(*given, tolerance=self._tolerance)
-        except ValueError:
-            # One point takes so few nodes that a few more do not help; many more do.
-            if self._tolerance <= _TIGHT:
-                raise
-            with suppress(ValueError):
-                low = low_rank(*given, tolerance=_TIGHT)
-                return low.factors, low.budget
-            raise
-        return low.factors, low.budget
+        return self._track(obj, low.factors, low.budget, None)
 
     def _book_key(self, obj: ObjectFrame, record: FrameRecord) -> None:
         record.key = True
