@@ -26,9 +26,12 @@ class KeptRows(Generic[Kind]):
 
     path : without one nothing is stored
     made_with : machine and settings; what was made with others is refused
+    anew : begin without the rows that are there, which stand until the first new one
     """
 
-    def __init__(self, path: Path | None, made_with: Sequence[str], kind: type[Kind]) -> None:
+    def __init__(
+        self, path: Path | None, made_with: Sequence[str], kind: type[Kind], anew: bool = False
+    ) -> None:
         self.path, self.made_with = path, list(made_with)
         self._rows: dict[tuple[Any, ...], Kind] = {}
         if path is None or not path.exists():
@@ -38,6 +41,8 @@ class KeptRows(Generic[Kind]):
             before, rows = stored["made_with"], [kind(**row) for row in stored["rows"]]
         except (KeyError, TypeError):
             raise ValueError(f"{path} is no record of a bench: remove it") from None
+        if anew:
+            return
         if before != self.made_with:
             raise ValueError(
                 f"{path} was made with {'; '.join(map(str, before))}, not "

@@ -43,11 +43,9 @@ def command(only: tuple[str, ...], out: Path, force: bool) -> None:
         raise ValueError(
             f"no scene begins with {' or '.join(only)}: {', '.join(case.name for case in CASES)}"
         )
-    if force:
-        out.unlink(missing_ok=True)
     found: list[Row] = []
     with one_core():
-        kept = KeptRows(out, [machine(), f"chrmc {__version__}"], Row)
+        kept = KeptRows(out, [machine(), f"chrmc {__version__}"], Row, force)
         click.echo(_HEAD)
         for case in cases:
             for row in rows(case, kept):

@@ -69,6 +69,10 @@ def test_a_long_turn_that_was_stopped_goes_on_behind_its_last_group(
     assert (rest[-1].error, rest[-1].keys) == (whole[-1].error, whole[-1].keys)
     with pytest.raises(ValueError, match="made with here, not elsewhere"):
         KeptRows(path, ["elsewhere"], Endured)
+    again = KeptRows(path, ["elsewhere"], Endured, anew=True)
+    assert again.of("spin", 1e-2) is None and path.exists()  # until there is a new row
     path.write_text("[]")
+    with pytest.raises(ValueError, match="no record of a bench"):
+        KeptRows(path, ["here"], Endured, anew=True)
     with pytest.raises(ValueError, match="no record of a bench"):
         KeptRows(path, ["here"], Endured)
