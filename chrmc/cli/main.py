@@ -4,6 +4,7 @@ import importlib.util
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -62,22 +63,28 @@ def main(arguments: list[str] | None = None) -> None:
     hidden = hidden_package()
     if hidden is not None:
         fail(hidden)
+    # Left only after the exceptions are gone: what their frames hold of C++ libraries would be
+    # reported as leaked.
+    status: Any = None
+    why = ""
     try:
         with ended_by_signal():
             status = group.main(args=arguments, prog_name="chrmc", standalone_mode=False)
     except (click.exceptions.Abort, KeyboardInterrupt):
         no_more_signals()  # a second one would end what is being put away
         print("chrmc: interrupted; what was finished is kept", file=sys.stderr)
-        sys.exit(130)
+        status = 130
     except click.ClickException as error:
-        fail(error.format_message())
+        why = error.format_message()
     except MemoryError as error:
-        why = str(error) or "a smaller panel, fewer points or fewer --workers take less"
-        fail(f"there is not enough memory: {why}")
+        less = str(error) or "a smaller panel, fewer points or fewer --workers take less"
+        why = f"there is not enough memory: {less}"
     except OSError as error:
-        fail(in_words(error))
+        why = in_words(error)
     except ValueError as error:
-        fail(str(error))
+        why = str(error) or "ValueError"
+    if why:
+        fail(why)
     sys.exit(status if isinstance(status, int) else 0)
 
 

@@ -62,6 +62,7 @@ def check_within(
     known, _ = option_names(method.cost)
     own = {name: value for name, value in options.items() if name in known}
     try:
+        method.check(own)
         counts: OperationCounts = method.cost(
             cloud, slm, wavelength, Window.full(slm), passband, **own
         )
