@@ -115,6 +115,14 @@ def test_objects_far_apart_get_a_reference_wave_each() -> None:
     parts = curved.clusters.split(cloud, plane)
     assert [len(part) for part in parts] == [300, 300]
     assert all(np.ptp(part.positions[:, 0]) < 6e-4 for part in parts)
+    # Their blocks of rows begin and end elsewhere.
+    coding = coding_for("ssb", LC_R_1080)
+    signal = curved.signal(cloud, LC_R_1080, WAVELENGTH, Window.full(LC_R_1080), coding)
+    rows, columns = samples(LC_R_1080, 1500)
+    truth = reference_samples(cloud, LC_R_1080, WAVELENGTH, rows, columns, passband=coding.passband)
+    expected = (truth * np.exp(2j * np.pi * coding.carrier * LC_R_1080.y(rows))).real
+    missed = np.linalg.norm(signal[rows, columns] - expected)
+    assert missed <= 1.2e-3 * np.linalg.norm(expected)
 
 
 @pytest.mark.parametrize("tolerance", [2e-7, 0.5, 0.0, -1e-3, float("nan")])
