@@ -217,8 +217,12 @@ def _turn(
     """
     flat = (values * size[:, None, None]).reshape(len(values), -1)
     real = np.concatenate([flat.real, flat.imag], axis=1) / np.sqrt(flat.shape[1])
-    squares, vectors = np.linalg.eigh(real @ real.T)
-    squares, vectors = np.maximum(squares[::-1], 0), vectors[:, ::-1]
+    if len(real) <= real.shape[1]:
+        squares, vectors = np.linalg.eigh(real @ real.T)
+        squares, vectors = np.maximum(squares[::-1], 0), vectors[:, ::-1]
+    else:  # thousands of polynomials on few samples, as of points metres apart
+        vectors, roots, _ = np.linalg.svd(real, full_matrices=False)
+        squares = roots**2
     left = np.append(np.cumsum(squares[::-1])[::-1], 0.0)
     keep = max(1, int(np.count_nonzero(left[:-1] > allowed)))
     mix = vectors[:, :keep].T / size

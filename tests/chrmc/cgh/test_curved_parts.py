@@ -200,3 +200,23 @@ def test_filters_are_made_on_two_lines_between_which_most_targets_lie(
         np.testing.assert_allclose(near * lines[0] ** power + far * lines[1] ** power, t**power)
     one = across((centre, centre), centre)
     assert one.shares(t[:2])[0].tolist() == [1, 1] and one.shares(t[:2])[1].tolist() == [0, 0]
+
+
+def test_series_of_points_metres_apart_seen_from_a_narrow_panel() -> None:
+    """More polynomials than samples: once thousands of each other's products were solved for."""
+    box = np.array([[-0.5, 0.5], [-3.0, 3.0], [1 / 12.2, 1 / 12.0]])
+    made = series.make_series((-5e-3, 5e-3), (-5e-4, 5e-4), box, REFERENCE.kernel(2e-6), 2e-2, 1e7)
+    assert made is not None and len(made.orders) > 2 * made.values[0].size
+    points = np.random.default_rng(2).uniform(box[:, 0], box[:, 1], (200, 3))
+    x, y = np.linspace(-5e-3, 5e-3, 9), np.linspace(-5e-4, 5e-4, 7)
+    on, at = made.on_nodes(x, y, np.float64), made.at_points(points)
+    total = sum(
+        (real + 1j * imag) * at[term][:, None, None]
+        for term in range(made.terms)
+        for real, imag in [on.of(term)]
+    )
+    exact = REFERENCE.residual(
+        x - points[:, 0, None, None], y[:, None] - points[:, 1, None, None],
+        1 / points[:, 2, None, None], 2e-6,
+    )  # fmt: skip
+    assert np.linalg.norm(total - exact) < 4e-2 * np.linalg.norm(exact)
