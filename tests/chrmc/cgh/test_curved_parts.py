@@ -204,8 +204,8 @@ def test_filters_are_made_on_two_lines_between_which_most_targets_lie(
 
 def test_series_of_points_metres_apart_seen_from_a_narrow_panel() -> None:
     """More polynomials than samples: once thousands of each other's products were solved for."""
-    box = np.array([[-0.5, 0.5], [-3.0, 3.0], [1 / 12.2, 1 / 12.0]])
-    made = series.make_series((-5e-3, 5e-3), (-5e-4, 5e-4), box, REFERENCE.kernel(2e-6), 2e-2, 1e7)
+    box = np.array([[-0.1, 0.1], [-1.0, 1.0], [1 / 12.2, 1 / 12.1]])
+    made = series.make_series((-5e-3, 5e-3), (-5e-4, 5e-4), box, REFERENCE.kernel(2e-6), 1e-3, 1e7)
     assert made is not None and len(made.orders) > 2 * made.values[0].size
     points = np.random.default_rng(2).uniform(box[:, 0], box[:, 1], (200, 3))
     x, y = np.linspace(-5e-3, 5e-3, 9), np.linspace(-5e-4, 5e-4, 7)
@@ -219,4 +219,4 @@ def test_series_of_points_metres_apart_seen_from_a_narrow_panel() -> None:
         x - points[:, 0, None, None], y[:, None] - points[:, 1, None, None],
         1 / points[:, 2, None, None], 2e-6,
     )  # fmt: skip
-    assert np.linalg.norm(total - exact) < 4e-2 * np.linalg.norm(exact)
+    assert np.linalg.norm(total - exact) < 2e-3 * np.linalg.norm(exact)
