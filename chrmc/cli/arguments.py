@@ -21,6 +21,12 @@ from chrmc.ranges import short
 from chrmc.slm import SLM
 
 
+def frames_between(text: str) -> tuple[int, int] | None:
+    """First and last of A:B, or of A alone; None for anything else."""
+    match = re.fullmatch(r"(\d{1,9})(?::(\d{1,9}))?", text.strip(), re.ASCII)
+    return None if match is None else (int(match[1]), int(match[2] or match[1]))
+
+
 class FrameRange(click.ParamType):
     """A:B, 1-based and inclusive; a single number is that frame alone."""
 
@@ -31,11 +37,10 @@ class FrameRange(click.ParamType):
     ) -> tuple[int, int]:
         if isinstance(value, tuple):
             return value
-        match = re.fullmatch(r"(\d{1,9})(?::(\d{1,9}))?", str(value).strip(), re.ASCII)
-        if not match:
+        ends = frames_between(str(value))
+        if ends is None:
             self.fail(f"{short(value)} is no frame range; write A:B, such as 1:80", param, ctx)
-        first = int(match[1])
-        return first, int(match[2] or first)
+        return ends
 
 
 class Paths(click.ParamType):

@@ -1,14 +1,13 @@
 """`chrmc check`: the verdict on a hologram video."""
 
 import json
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
-from chrmc.cli.arguments import FigurePath, stacked
+from chrmc.cli.arguments import FigurePath, frames_between, stacked
 from chrmc.cli.lengths import OFFSET, Length
 from chrmc.ranges import short
 
@@ -30,14 +29,13 @@ class FrameList(click.ParamType):
         if value == "all":
             return chosen
         for part in str(value).split(","):
-            match = re.fullmatch(r"(\d{1,9})(?::(\d{1,9}))?", part.strip(), re.ASCII)
-            if match is None:
+            ends = frames_between(part)
+            if ends is None:
                 what = f"{short(value)} is no list of frames; write 1,21,51:60 or all"
                 self.fail(what, param, ctx)
-            first, last = int(match[1]), int(match[2] or match[1])
-            if first > last:
+            if ends[0] > ends[1]:
                 self.fail(f"{part.strip()} runs backwards; write 51:60", param, ctx)
-            chosen.append((first, last))
+            chosen.append(ends)
         if sum(last - first + 1 for first, last in chosen) > MOST_ASKED:
             self.fail(f"{short(value)} names more than {MOST_ASKED} frames", param, ctx)
         return chosen
