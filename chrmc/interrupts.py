@@ -6,6 +6,11 @@ import threading
 from collections.abc import Iterator
 from types import FrameType
 
+INTERRUPTS = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+"""Ctrl-C, a polite kill and a lost terminal, those that the system has."""
+
 
 @contextlib.contextmanager
 def interrupts_wait() -> Iterator[None]:
@@ -21,11 +26,8 @@ def interrupts_wait() -> Iterator[None]:
     def keep(number: int, _frame: FrameType | None) -> None:
         came.append(number)
 
-    numbers = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
     before = {
-        number: handler
-        for number in numbers
-        if number is not None and callable(handler := signal.getsignal(number))
+        number: handler for number in INTERRUPTS if callable(handler := signal.getsignal(number))
     }
     for number in before:
         signal.signal(number, keep)

@@ -7,6 +7,8 @@ import time
 from collections.abc import Iterator
 from types import FrameType
 
+from chrmc.interrupts import INTERRUPTS
+
 PATIENCE = 5.0
 """Seconds after an interrupt in which another one changes nothing."""
 
@@ -14,9 +16,8 @@ PATIENCE = 5.0
 def no_more_signals() -> None:
     """Ignore Ctrl-C and its like from here on: the program is ending."""
     if threading.current_thread() is threading.main_thread():
-        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-            if hasattr(signal, name):
-                signal.signal(getattr(signal, name), signal.SIG_IGN)
+        for number in INTERRUPTS:
+            signal.signal(number, signal.SIG_IGN)
 
 
 @contextlib.contextmanager
