@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from chrmc.ranges import SIDE, real
 from display.log import Flip
+from display.timing import check_rate
 from display.wire import Broken, receive, send
 
 _ANSWER = 1 << 28  # bytes: the largest picture that `read` brings
@@ -92,8 +93,7 @@ class Remote:
         frames : any iterable; fps : frames per second, default as fast as they arrive; durations :
         seconds of each frame instead. A frame that the network brings too late is shown at once.
         """
-        if fps is not None and not 1e-4 <= fps <= 10_000:
-            raise ValueError(f"fps must be a positive rate, 1e-4 to 10,000, not {fps:g}")
+        check_rate(fps, "fps")
         if fps is not None and durations is not None:
             raise ValueError("durations give each frame's time: leave fps out")
         start, due = time.perf_counter(), None

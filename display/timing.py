@@ -102,6 +102,12 @@ class Pace:
         return None if self.period is None else 1 / (self.period * self.every)
 
 
+def check_rate(fps: float | None, name: str) -> None:
+    """ValueError for frames per second that no screen and no patience has; None is any."""
+    if fps is not None and not 1e-4 <= fps <= 10_000:
+        raise ValueError(f"{name} must be a positive rate, 1e-4 to 10,000, not {fps:g}")
+
+
 def pace_for(
     refresh: Refresh,
     fps: float | None = None,
@@ -116,8 +122,7 @@ def pace_for(
     """
     if fps is not None and every is not None:
         raise ValueError("--fps and --every both give the rate: use one of them")
-    if fps is not None and not 1e-4 <= fps <= 10_000:
-        raise ValueError(f"--fps must be a positive rate, 1e-4 to 10,000, not {fps:g}")
+    check_rate(fps, "--fps")
     if every is not None and not 1 <= every <= MOST_FLIPS:
         raise ValueError(f"--every must be 1 to {MOST_FLIPS} flips, not {every}")
     if refresh.period is None:
