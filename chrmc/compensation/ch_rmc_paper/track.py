@@ -114,10 +114,10 @@ class Work:
         record.point_pixels += len(cloud) * part.size
         return error**2 * power(made)
 
-    def fresh(self, cloud: PointCloud, ids: NDArray[np.intp] | None = None) -> Track:
+    def fresh(self, cloud: PointCloud) -> Track:
         """Points computed on the whole panel, booked nowhere."""
         field, error = self.compute(cloud, Window.full(self.slm))
-        return Track(field, cloud, ids, error**2 * power(field), error)
+        return Track(field, cloud, None, error**2 * power(field), error)
 
     def key(self, obj: ObjectFrame, record: FrameRecord) -> Track:
         """The object computed afresh."""
