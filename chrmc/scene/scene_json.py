@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from chrmc.files import read_json
-from chrmc.ranges import real, short
+from chrmc.ranges import PITCH_RANGE, WAVELENGTH_RANGE, real, short
 from chrmc.scene.points import FARTHEST
 from chrmc.scene.rgbd import DepthPlanes
 from chrmc.scene.rgbd_scene import PHASE_SEED, RGBDScene
@@ -103,35 +103,24 @@ def _check(content: Any, folder_name: str) -> Description:
         raise ValueError(f"unknown form {content['form']!r}; folders hold form rgbd")
     if "pixel_pitch" not in content:
         raise ValueError("pixel_pitch is missing; say how many metres one pixel spans")
-    count = content.get("frame_count")
+    count, wavelength = content.get("frame_count"), content.get("wavelength")
     return Description(
         name=str(content.get("name", folder_name)),
-        pixel_pitch=_length(content, "pixel_pitch"),
+        pixel_pitch=PITCH_RANGE.of(content["pixel_pitch"]),
         files=_files(content.get("frames")),
         frame_count=None if count is None else _whole(count, "frame_count", 1),
         shape=_shape(content.get("shape")),
         planes=_planes(content),
         depth_range=_depth_range(content.get("depth_range")),
-        wavelength=None if content.get("wavelength") is None else _length(content, "wavelength"),
+        wavelength=None if wavelength is None else WAVELENGTH_RANGE.of(wavelength),
         objects=_objects(content.get("objects", [])),
         poses=_poses(content.get("poses", {}), count),
         phase_seed=_whole(content.get("phase_seed", PHASE_SEED), "phase_seed", 0),
     )
 
 
-def _number(value: Any, key: str) -> float:
-    return real(key, value)
-
-
-def _length(content: Mapping[str, Any], key: str) -> float:
-    value = _number(content[key], key)
-    if not 0 < value <= FARTHEST:
-        raise ValueError(f"{key} must be a positive number of metres, not {short(value)}")
-    return value
-
-
 def _whole(value: Any, key: str, least: int) -> int:
-    number = _number(value, key)
+    number = real(key, value)
     if number != int(number) or number < least:
         raise ValueError(f"{key} must be a whole number from {least} on, not {short(value)}")
     return int(number)
@@ -162,8 +151,8 @@ def _planes(content: Mapping[str, Any]) -> DepthPlanes | None:
     if content.get("depth_min") is None:
         raise ValueError("depth_step without depth_min; say where the first plane lies, in metres")
     return DepthPlanes(
-        _length(content, "depth_min"),
-        _length(content, "depth_step"),
+        real("depth_min", content["depth_min"]),
+        real("depth_step", content["depth_step"]),
         _whole(content.get("depth_planes", 256), "depth_planes", 1),
     )
 
@@ -173,7 +162,7 @@ def _depth_range(value: Any) -> tuple[float, float] | None:
         return None
     if not isinstance(value, list) or len(value) != 2:
         raise ValueError(f"depth_range must be [nearest, farthest] in metres, not {value!r}")
-    low, high = _number(value[0], "depth_range"), _number(value[1], "depth_range")
+    low, high = real("depth_range", value[0]), real("depth_range", value[1])
     if not low <= high:
         raise ValueError(f"depth_range runs backwards: [{low}, {high}]; write the nearest first")
     return low, high

@@ -2,9 +2,12 @@
 
 import json
 import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
+
+from chrmc.files import inside
 
 MAPS = rb"(?:map_\w+|bump|norm|disp|decal|refl)"
 """Words of an .mtl before a picture."""
@@ -80,14 +83,20 @@ def check_tree(path: Path) -> None:
 
 
 def _there(path: Path, names: list[str]) -> list[Path]:
-    """Plain files among names, as the mesh's reader looks for them."""
-    found: dict[Path, None] = {}
-    for name in names:
-        plain = name.strip().replace("\\", "/")
-        if "\0" in plain:
-            continue
-        tried = (path.parent / plain, path.parent / Path(plain).name)
-        at = next((p for p in tried if p.is_file()), None)
-        if at is not None:
-            found[at] = None
-    return list(found)
+    """Files among names, as the mesh's reader looks for them."""
+    files = (file_beside(path.parent, name) for name in names)
+    return list(dict.fromkeys(file for file in files if file is not None))
+
+
+def file_beside(folder: Path, name: str) -> Path | None:
+    """The file that a mesh in a folder names, also as Windows does; None where it is absent.
+
+    A stranger's mesh reads nothing else: a name that leads out of the folder (`..`, absolute, a
+    link) is looked for without its path.
+    """
+    plain = name.strip().replace("\\", "/")
+    for each in (plain, Path(plain).name):
+        with suppress(ValueError, OSError):  # no name at all, or one too long
+            if inside(folder, folder / each).is_file():  # a device or a pipe never ends
+                return folder / each
+    return None

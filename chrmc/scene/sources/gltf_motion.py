@@ -5,12 +5,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from chrmc.scene.scene import Pose
+from chrmc.scene.sources.beside import file_beside
 from chrmc.scene.sources.model import MOST_FRAMES, only_line
 
 RATE = 24.0
@@ -123,7 +125,10 @@ def _buffer(gltf: Any, index: int) -> bytes:
         return bytes(gltf.binary_blob())
     if uri.startswith("data:"):  # of any type: pygltflib knows one of them
         return b64decode(uri.partition(",")[2])
-    return bytes(gltf.get_data_from_buffer_uri(uri))
+    file = file_beside(Path(gltf._path), unquote(uri))
+    if file is None:
+        raise ValueError(f"{uri} is not in its folder")
+    return file.read_bytes()
 
 
 def _sampled(gltf: Any, channels: dict[tuple[int, str], _Channel], path: Path) -> Motion:

@@ -8,16 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.colour import linear
 from chrmc.scene.points import PointCloud
-from chrmc.scene.sources.beside import check_tree
+from chrmc.scene.sources.beside import check_tree, file_beside
 from chrmc.scene.sources.cloud import NAMES, cloud_of, find_column
 from chrmc.scene.sources.gltf_motion import Bent, Motion, read_motion
 from chrmc.scene.sources.model import Model, only_line
-from chrmc.scene.surface.surface import Paint, Surface, join
-
-GREY = 0.8
-"""Reflectance of a surface without any colour."""
+from chrmc.scene.sources.paint import paint_of, pictures_of_any_size
+from chrmc.scene.surface.surface import Surface, join
 
 
 def read_mesh(path: Path) -> Model:
@@ -51,6 +48,8 @@ def _read(path: Path) -> Model:
         raise OSError(
             f"{path} is damaged: its triangles make no sense ({only_line(error)})"
         ) from None
+    except OSError as error:
+        raise OSError(f"{path}: {error}") from None
     if dropped:
         notes.append(f"{path.name}: {dropped} faces of no area or without a place left out")
     if not parts:
@@ -130,19 +129,16 @@ def _load(path: Path, absent: list[str]) -> Any:
         """Files beside the mesh, also when named as Windows does; absent ones are noted."""
 
         def get(self, name: str) -> bytes:
-            plain = name.strip().replace("\\", "/")
-            for each in (plain, Path(plain).name):
-                # A device or a pipe never ends.
-                if "\0" not in each and (path.parent / each).is_file():
-                    return (path.parent / each).read_bytes()
-            absent.append(Path(plain).name)
-            raise FileNotFoundError(name)
+            file = file_beside(path.parent, name)
+            if file is not None:
+                return file.read_bytes()
+            absent.append(name.strip().replace("\\", "/"))
+            raise FileNotFoundError(f"{absent[-1]} is not in its folder")
 
     files = Beside(str(path))
     try:
-        return trimesh.load_scene(path, resolver=files, process=False)
-    except KeyboardInterrupt:
-        raise
+        with pictures_of_any_size():
+            return trimesh.load_scene(path, resolver=files, process=False)
     except Exception as error:  # trimesh lets whatever went wrong in its parsers through
         raise OSError(
             f"{path} cannot be read as a mesh ({only_line(error)}): write it again, or convert it"
@@ -238,7 +234,7 @@ def _surface(
     normals = np.asarray(geometry.vertex_normals) @ np.linalg.pinv(matrix[:3, :3])
     length = np.linalg.norm(np.nan_to_num(normals), axis=1, keepdims=True)
     normals = np.nan_to_num(normals) / np.where(length > 0, length, 1)
-    paint = _paint(geometry, index)
+    paint = paint_of(geometry, index)
     kept = faces[index]
     if np.linalg.det(matrix[:3, :3]) < 0:  # mirrored by its node: the outside turns over
         kept = kept[:, ::-1]
@@ -273,51 +269,3 @@ def _closed(surface: Surface) -> Surface:
     turned = surface.faces[:, ::-1]
     paint = surface.paint
     return replace(surface, faces=turned, paint=lambda f, w: paint(f, w[:, ::-1]))
-
-
-def _colours(colours: Any) -> NDArray[np.float64]:
-    """(N, 3) linear light of (N, 3 or 4) 8-bit colours."""
-    return linear(np.asarray(colours)[:, :3] / 255)
-
-
-def _paint(geometry: Any, index: NDArray[np.intp]) -> Paint:
-    """The paint of a trimesh geometry whose faces `index` are kept."""
-    visual = geometry.visual
-    faces = np.asarray(geometry.faces, dtype=np.intp)[index]
-    if visual.kind == "texture" and visual.material is not None:
-        return _textured(visual, faces)
-    if visual.kind == "vertex":
-        corners = _colours(visual.vertex_colors)
-        return lambda face, weights: np.einsum("nk,nkc->nc", weights, corners[faces[face]])
-    if visual.kind == "face":
-        flat = _colours(visual.face_colors)[index]
-        return lambda face, weights: flat[face]
-    return lambda face, weights: np.full(len(face), GREY)
-
-
-def _textured(visual: Any, faces: NDArray[np.intp]) -> Paint:
-    """Base colour times texture; a texture that is absent is the base colour alone."""
-    material = visual.material
-    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-    factor = getattr(material, "baseColorFactor", None)
-    base = np.full(3, GREY)
-    if factor is not None:
-        # glTF's factor is linear; trimesh keeps it as 8 bits.
-        base = np.asarray(factor, dtype=np.float64)[:3] / 255
-    elif image is not None:
-        base = np.ones(3)
-    elif getattr(material, "diffuse", None) is not None:
-        base = _colours(np.asarray(material.diffuse)[None])[0]
-    if image is None or visual.uv is None or len(visual.uv) == 0:
-        return lambda face, weights: np.tile(base, (len(face), 1))
-    levels = np.asarray(image.convert("RGB"))
-    uv = np.nan_to_num(np.asarray(visual.uv, dtype=np.float64)[:, :2], posinf=0, neginf=0)
-
-    def paint(face: NDArray[np.intp], weights: NDArray[np.float64]) -> NDArray[np.float64]:
-        u, v = np.einsum("nk,nkx->xn", weights, uv[faces[face]])
-        height, width = levels.shape[:2]
-        column = np.floor(u % 1 * width).astype(np.intp) % width
-        row = np.floor((1 - v) % 1 * height).astype(np.intp) % height
-        return linear(levels[row, column] / 255) * base
-
-    return paint

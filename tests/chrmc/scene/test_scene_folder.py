@@ -385,7 +385,7 @@ def test_missing_channels(tmp_path):
         ("{", "not valid JSON"),
         ("[]", "must be an object"),
         ("{}", "pixel_pitch is missing"),
-        ('{"pixel_pitch": -1}', "pixel_pitch must be a positive number of metres"),
+        ('{"pixel_pitch": -1}', "pixel_pitch -1 m lies outside"),
         ('{"pixel_pitch": "40 um"}', "pixel_pitch must be a number"),
         ('{"pixel_pitch": NaN}', "pixel_pitch"),
         ('{"pixel_pitch": 1e-5, "form": "mesh"}', "unknown form 'mesh'"),

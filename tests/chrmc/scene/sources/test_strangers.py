@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,6 +16,7 @@ import trimesh
 
 from chrmc.panels import read_panel
 from chrmc.scene.read_folder import numbered
+from chrmc.scene.sources.beside import beside
 from chrmc.scene.sources.cloud import load_arrays, read_cloud, read_npz
 from chrmc.scene.sources.files import load_sources
 from chrmc.scene.sources.mesh import read_mesh
@@ -215,3 +217,79 @@ def test_frames_at_all_but_one_time(recording: Path) -> None:
 def test_cameras(text: str, words: str, recording: Path) -> None:
     (recording / "camera.json").write_text(text)
     refused(lambda path: read_recording(path, SLM("small", 60, 40, 32e-6)), recording, words)
+
+
+TEXTURED = TRIANGLE.replace("f 1 2 3", "vt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3")
+
+
+def textured(folder: Path, picture: str) -> Path:
+    (folder / "m.mtl").write_text(f"newmtl a\nmap_Kd {picture}\n")
+    (folder / "t.obj").write_text("mtllib m.mtl\n" + TEXTURED)
+    return folder / "t.obj"
+
+
+@pytest.mark.parametrize("size", [(10_000, 10_000), (60_000, 60_000)])
+def test_a_texture_that_is_too_large(size: tuple[int, int], tmp_path: Path) -> None:
+    from PIL import Image
+
+    Image.new("1", (1, 1)).save(tmp_path / "t.bmp")
+    content = (tmp_path / "t.bmp").read_bytes()
+    claim = b"".join(side.to_bytes(4, "little") for side in size)
+    (tmp_path / "t.bmp").write_bytes(content[:18] + claim + content[26:])
+    before = Image.MAX_IMAGE_PIXELS
+    refused(read_mesh, textured(tmp_path, "t.bmp"), f"{size[0]} × {size[1]} .* make it smaller")
+    assert before == Image.MAX_IMAGE_PIXELS
+
+
+def test_a_texture_that_is_cut_short(tmp_path: Path) -> None:
+    from PIL import Image
+
+    Image.effect_noise((64, 64), 50).save(tmp_path / "t.png")
+    (tmp_path / "t.png").write_bytes((tmp_path / "t.png").read_bytes()[:2000])
+    refused(read_mesh, textured(tmp_path, "t.png"), "t.obj: a texture cannot be read")
+
+
+@pytest.mark.parametrize("way", ["../secret.png", "{}/secret.png", "link.png"])
+def test_a_mesh_reads_nothing_outside_its_folder(way: str, tmp_path: Path) -> None:
+    from PIL import Image
+
+    Image.new("RGB", (2, 2), (255, 0, 0)).save(tmp_path / "secret.png")
+    folder = tmp_path / "mesh"
+    folder.mkdir()
+    (folder / "link.png").symlink_to("../secret.png")
+    path = textured(folder, way.format(tmp_path))
+    model = read_mesh(path)
+    assert way.format(tmp_path) in model.notes[0] and "is absent" in model.notes[0]
+    assert tmp_path / "secret.png" not in [p.resolve() for p in beside(path)]
+    # Meant as beside the mesh, as Windows' paths of whoever made it: there it is found.
+    (folder / "link.png").unlink()
+    Image.new("RGB", (2, 2), (0, 255, 0)).save(folder / Path(way).name)
+    colours = read_mesh(path).bodies["t"].paint(np.zeros(1, int), np.full((1, 3), 1 / 3))
+    assert colours[0].tolist() == [0, 1, 0]
+
+
+def test_a_gltf_moves_by_nothing_outside_its_folder(tmp_path: Path) -> None:
+    from chrmc.scene.sources.gltf_motion import read_motion
+
+    times = np.array([0, 1], np.float32).tobytes() + np.zeros(6, np.float32).tobytes()
+    (tmp_path / "secret.bin").write_bytes(times)
+    accessor = {"bufferView": 0, "componentType": 5126, "count": 2}
+    sampler = {"input": 0, "output": 1}
+    channel = {"sampler": 0, "target": {"node": 0, "path": "translation"}}
+    content = {
+        "asset": {"version": "2.0"},
+        "nodes": [{"name": "a"}],
+        "buffers": [{"uri": "../secret.bin", "byteLength": len(times)}],
+        "bufferViews": [{"buffer": 0, "byteLength": len(times)}],
+        "accessors": [
+            {**accessor, "type": "SCALAR"},
+            {**accessor, "type": "VEC3", "byteOffset": 8},
+        ],
+        "animations": [{"samplers": [sampler], "channels": [channel]}],
+    }
+    folder = tmp_path / "mesh"
+    folder.mkdir()
+    (folder / "g.gltf").write_text(json.dumps(content))
+    refused(read_motion, folder / "g.gltf", "secret.bin is not in its folder")
+    shutil.move(tmp_path / "secret.bin", folder)
+    assert len(read_motion(folder / "g.gltf").poses) == 1
