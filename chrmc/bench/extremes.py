@@ -204,10 +204,10 @@ def _sampled(
 def _video(case: Case, out: Outcome) -> None:
     """The worst of a video's frames, against the points that each stands for.
 
-    Methods that add and take out single points, objects or blocks promise an error of the light
-    that these have by themselves.
+    Methods that add and take out points promise an error of the light that a frame's points have
+    one by one.
     """
-    out.error = out.expected = parts = 0.0
+    out.error = out.expected = 0.0
     start = time.perf_counter(), time.process_time()
     for frame in frames_of(case):
         field = frame.field
@@ -217,8 +217,7 @@ def _video(case: Case, out: Outcome) -> None:
         error = sampled_error(field, *given, promised(case))
         if case.video in IN_PARTS:
             optics = case.slm, case.wavelength, passband_of(case)
-            own = field.size * float(expected_power(frame.shown, *optics).sum())
-            parts = max(parts, own)
+            parts = field.size * float(expected_power(frame.shown, *optics).sum())
             error *= (
                 min(1.0, float(np.linalg.norm(field.astype(np.complex128))) / np.sqrt(parts))
                 if parts

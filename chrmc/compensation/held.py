@@ -1,7 +1,7 @@
 """What a hologram holds: the points whose fringes sum up to it, and what must change in them."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from chrmc.cgh import Method, compute_field
 from chrmc.compensation.ch_rmc_paper.error_correction import RULES, match, rule_named
 from chrmc.compensation.frame import FieldMaker
-from chrmc.optics.footprint import reach
+from chrmc.optics.footprint import expected_power, reach
 from chrmc.optics.passband import Passband
 from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
-from chrmc.scene.scene import ObjectFrame, Scene
+from chrmc.scene.scene import ObjectFrame, Scene, SceneFrame
 from chrmc.slm import SLM
 from chrmc.window import Window
 
@@ -23,6 +23,9 @@ PLANE_SPACING = 1e-4
 """Depth-plane distance of scenes that name none, metres."""
 EXACT = 1e-9
 """Metres within which the rule "exact" calls two places the same."""
+WORN = 2500.0
+"""Times the light that a hologram shows that may have been taken out of it since it was computed
+whole: each amplitude leaves 1e-7 in rounding, so all of them 5e-6 of what is shown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,16 +91,37 @@ class Matcher:
     def compare(self, held: Held, obj: ObjectFrame) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Masks of the held points that the scene has not, and of its points that are not held."""
         exact = self.rule == "exact"
-        ids = None if held.ids is None or obj.ids is None else (held.ids, obj.ids)
-        found = match(
-            held.cloud,
-            obj.cloud,
-            rule_named("strict" if exact else self.rule),
-            2 * EXACT if exact else self.pixel_pitch,
-            2 * EXACT if exact else self.plane_spacing,
-            ids,
-        )
-        return found.wrong, found.missing
+        rule = rule_named("strict" if exact else self.rule)
+        pitch, spacing = self.pixel_pitch, self.plane_spacing
+        if exact:
+            pitch = spacing = 2 * EXACT
+        if held.ids is not None and obj.ids is not None:
+            found = match(held.cloud, obj.cloud, rule, pitch, spacing, (held.ids, obj.ids))
+            return found.wrong, found.missing
+        wrong, missing = _without_twins(held.cloud, obj.cloud)
+        found = match(held.cloud.select(wrong), obj.cloud.select(missing), rule, pitch, spacing)
+        wrong[wrong], missing[missing] = found.wrong, found.missing
+        return wrong, missing
+
+
+def _without_twins(a: PointCloud, b: PointCloud) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Masks of the points of two clouds but those that both have, each as often as both do."""
+    rows = [np.column_stack([cloud.positions, cloud.amplitude, cloud.phase]) for cloud in (a, b)]
+    _, kind = np.unique(np.concatenate(rows), axis=0, return_inverse=True)
+    kind = kind.reshape(-1)
+    keys = [_numbered(part, len(kind)) for part in (kind[: len(a)], kind[len(a) :])]
+    _, i, j = np.intersect1d(keys[0], keys[1], return_indices=True)
+    only_a, only_b = np.ones(len(a), dtype=bool), np.ones(len(b), dtype=bool)
+    only_a[i] = only_b[j] = False
+    return only_a, only_b
+
+
+def _numbered(kind: NDArray[np.intp], most: int) -> NDArray[np.intp]:
+    """(N,) keys that differ: of each kind how many stand before."""
+    order = np.argsort(kind, kind="stable")
+    before = np.empty_like(kind)
+    before[order] = np.arange(len(kind)) - np.searchsorted(kind[order], kind[order])
+    return kind * most + before
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,12 +133,23 @@ class Correction:
 
     @property
     def signed(self) -> PointCloud:
-        """Both as one cloud, the removed ones in opposite phase."""
-        out = PointCloud(self.removed.positions, self.removed.amplitude, self.removed.phase + np.pi)
+        """Both as one cloud, the removed ones negative: to the bit what was put in."""
+        out = PointCloud(self.removed.positions, -self.removed.amplitude, self.removed.phase)
         return PointCloud.concatenate([out, self.added])
 
     def __len__(self) -> int:
         return len(self.removed) + len(self.added)
+
+
+def objects_of(frame: SceneFrame, held: Mapping[str, Held]) -> list[ObjectFrame]:
+    """A frame's objects, and without points those that are held and that it does not have."""
+    present = {obj.name for obj in frame.objects}
+    gone = [
+        ObjectFrame(name, PointCloud.empty(), None, None if it.ids is None else it.ids[:0])
+        for name, it in held.items()
+        if name not in present
+    ]
+    return [*frame.objects, *gone]
 
 
 def correct(held: Held, obj: ObjectFrame, matcher: Matcher) -> tuple[Held, Correction]:
@@ -176,6 +211,10 @@ class Computer:
         """Without the points that no pixel can show: they have no fringe to hold."""
         mask = showable(held.cloud, self.slm, self.wavelength, self.passband)
         return held if mask.all() else held.select(mask)
+
+    def light(self, cloud: PointCloud) -> float:
+        """The power on the hologram that points are expected to have one by one."""
+        return float(expected_power(cloud, self.slm, self.wavelength, self.passband).sum())
 
     def book(self, record: FrameRecord, correction: Correction) -> None:
         """Count a correction over the whole hologram."""

@@ -20,7 +20,7 @@ from chrmc.cgh.curved.interface import (
     part_of,
 )
 from chrmc.compensation.ch_rmc_object.chart import Views, mean_rotation
-from chrmc.compensation.ch_rmc_object.grid import Grid, make_grid
+from chrmc.compensation.ch_rmc_object.grid import MOST_SWING, Grid, make_grid, most_swing
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, views_ahead
 from chrmc.compensation.ch_rmc_object.transforms import MOST_TERMS, TRANSFORMED
 from chrmc.scene.scene import ObjectFrame, Pose, Scene
@@ -112,7 +112,7 @@ def choose(
         half = np.abs(bounding_box((outline.rim - outline.middle) @ to_chart.T)).max(axis=1)
         views = views_ahead(plan, outline, poses[:frames], to_chart, plane)
         view = views.until(frames)
-        if not view.whole:
+        if not view.whole or most_swing(half, view.s, plane.wavelength) > MOST_SWING:
             break
         grid = make_grid(half, view, _width(views), plane.wavelength, tolerance)
         if len(grid.layers) * grid.count[0] * grid.count[1] > most:
@@ -126,7 +126,7 @@ def choose(
     if ratio < np.inf and (ratio <= _PAYS or always):
         why = f"for up to {length} frames, each at {ratio:.2g} of what it would cost afresh"
         return Choice(True, length, why, fresh, best)
-    why = "no chart of directions holds two of its frames"
+    why = "no chart of directions and ranges holds two of its frames"
     if ratio < np.inf:
         why = f"looking up would cost {ratio:.2g} times as much"
     return Choice(False, _WAIT, why, fresh, best)

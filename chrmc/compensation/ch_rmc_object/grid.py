@@ -13,6 +13,9 @@ Floats = NDArray[np.float64]
 
 SHARE = 0.2
 """Of the tolerance: for each of α, β and the sums behind the grid."""
+MOST_SWING = 2.2
+"""Radians that a point's phase may change by to either side of the middle range: at 2.4 the first
+layer, which all others are added to, passes through 0."""
 _RANGE_SHARE = 0.3  # for the layers of range
 _LONGEST = 0.02  # step of a grid, so that what it has beyond the view is still a direction
 
@@ -75,6 +78,11 @@ def make_grid(
         (count[0], count[1]), (across, down), middle + either * chebyshev(layers), view.s, tile,
         taps, view.tilt,
     )  # fmt: skip
+
+
+def most_swing(half: Floats, span: Span, wavelength: float) -> float:
+    """Radians of the outermost points' phases over a span of 1/r, to either side."""
+    return float(pi * (half[0] ** 2 + half[1] ** 2) * (span[1] - span[0]) / 2 / wavelength)
 
 
 def layer_count(swing: float, tolerance: float) -> int:

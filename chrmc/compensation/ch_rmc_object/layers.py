@@ -61,7 +61,7 @@ def layer_series(
     box : (3, 2) of the points
     rest : α, β, place → what is left of the path at the middle range, metres
 
-    None where one is long.
+    None where one is long, or the first passes through 0.
     """
     every: list[Series] = []
     dropped = 0.0
@@ -75,11 +75,11 @@ def layer_series(
             angle, modulus = layer_waves(order, layers, a, b, place, wavelength)
             return 2 * pi / wavelength * rest(a, b, place) + angle, modulus
 
-        size = 1.0
-        if order:
-            some = np.meshgrid(*(np.linspace(low, high, 3) for low, high in box))
-            _, modulus = kernel(a, b, some[0], some[1], some[2])
-            size = max(float(np.max(np.abs(modulus))), 1e-9)
+        some = np.meshgrid(*(np.linspace(low, high, 3) for low, high in box))
+        _, modulus = kernel(a, b, some[0], some[1], some[2])
+        if not order and modulus.min() <= 0:
+            return None
+        size = max(float(np.max(np.abs(modulus))), 1e-9) if order else 1.0
         enough = min(tolerance / size, _LOOSEST)
         series = make_series(*ends, box, kernel, enough, steepest=partial(kernel, order=0))
         if series is None:

@@ -4,7 +4,8 @@ What MPEG-NLUT and 3DMC-NLUT share. The reference frame is computed whole. Its o
 cut into square blocks; each block's points have a hologram of their own if the block moves in
 any frame of the group, or else go into one hologram with all that stand still. A general frame
 shifts each block's hologram by the block's vector, computes the strips that come in from
-outside, and takes out and puts in the points that then differ.
+outside, and takes out and puts in the points that then differ. Where far more light would be taken
+out than the frame shows, it is computed whole: what is gone leaves its rounding.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,7 +18,15 @@ from numpy.typing import NDArray
 
 from chrmc.cgh import Method
 from chrmc.compensation.frame import VideoFrame
-from chrmc.compensation.held import Computer, Correction, Held, Matcher, correct
+from chrmc.compensation.held import (
+    WORN,
+    Computer,
+    Correction,
+    Held,
+    Matcher,
+    correct,
+    objects_of,
+)
 from chrmc.compensation.nlut.blocks import (
     Image,
     crop,
@@ -77,13 +86,17 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Moving:
-    """One frame of a group: where the blocks go and what is corrected then."""
+    """One frame of a group: where the blocks go and what is corrected then.
+
+    whole : it is computed afresh, and nothing goes anywhere
+    """
 
     scene_frame: SceneFrame
     moves: list[Move]
     carried: list[PointCloud]
     corrections: list[Correction]
     shown: PointCloud
+    whole: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +131,10 @@ class Group:
 
     def general(self, frame: Moving, record: FrameRecord) -> NDArray[np.complex64]:
         """The field of another frame."""
-        computer, (still, moving) = self.computer, self.fields
+        computer = self.computer
+        if frame.whole:
+            return computer.compute(frame.shown, record, "HC")
+        still, moving = self.fields
         slm = computer.slm
         total = still.copy()
         for i, field in moving.items():
@@ -178,6 +194,7 @@ def next_group(
         own = FrameRecord(number, key=False)
         with own.stage("PE"):
             frame = _compensate(scene.frame(number), blocks, matcher, computer, search)
+        own.key = frame.whole
         _book(own, frame, computer)
         general.append((frame, own))
     alone = [any(frame.moves[i] for frame, _ in general) for i in range(len(blocks))]
@@ -215,10 +232,11 @@ def _compensate(
     search: Search,
 ) -> Moving:
     """Where each block went, and what is wrong then."""
-    moves: list[Move] = [Move()] * len(blocks)
+    moves = [Move()] * len(blocks)
     carried = [block.points.cloud for block in blocks]
     corrections, shown = [], []
-    for obj in scene_frame.objects:
+    reference = {block.name: block.points for block in blocks}
+    for obj in objects_of(scene_frame, reference):
         own = [i for i, block in enumerate(blocks) if block.name == obj.name]
         vector = _vectors(obj, matcher, computer.slm, search)
         parts = []
@@ -235,7 +253,13 @@ def _compensate(
         after, correction = correct(held, obj, matcher)
         corrections.append(correction)
         shown.append(after.cloud)
-    return Moving(scene_frame, moves, carried, corrections, PointCloud.concatenate(shown))
+    everything = PointCloud.concatenate(shown)
+    taken = sum(computer.light(correction.removed) for correction in corrections)
+    whole = taken > WORN * computer.light(everything)
+    if whole:
+        moves, carried = [Move()] * len(blocks), [PointCloud.empty()] * len(blocks)
+        corrections = [Correction(PointCloud.empty(), everything)]
+    return Moving(scene_frame, moves, carried, corrections, everything, whole)
 
 
 def _join(parts: list[Held], obj: ObjectFrame) -> Held:

@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 
 from chrmc.cgh import Method
 from chrmc.compensation.frame import VideoFrame
-from chrmc.compensation.held import Chain, Computer, Correction, Held, Matcher, correct
+from chrmc.compensation.held import (
+    WORN,
+    Chain,
+    Computer,
+    Correction,
+    Held,
+    Matcher,
+    correct,
+    objects_of,
+)
 from chrmc.compensation.nlut.blocks import grid_offset, image_of, lateral_vector
 from chrmc.compensation.shift import Move, moved, shift_into, strips, to_pixels
 from chrmc.encoding import Coding
@@ -33,12 +42,14 @@ class Update:
     """What happens to one object's hologram between two frames.
 
     carried : its points after the move; correction : what is changed in them then
+    whole : computed afresh instead, from the points that `correction` adds
     """
 
     name: str
     move: Move
     carried: PointCloud
     correction: Correction
+    whole: bool = False
 
 
 def frames(
@@ -64,31 +75,42 @@ def frames(
     The publications give no search range and no criterion: these are choices. Points of known
     identity need no search: their vector is the median of their displacements, in SLM pixels.
     With "exact" the field is that of `none` within 1e-5 with rt or nlut, 1e-2 with wrp, of the
-    light that the points have one by one: what cancels, or is gone, leaves its rounding.
+    light that the points have one by one, which is more where waves cancel. An object that far more
+    light was taken out of than the frame shows is computed whole: what is gone leaves its rounding.
     `frame.shown` are the points that the field is the sum of: compensated points keep their
     phases. One field is kept per object.
     """
     matcher = Matcher.of(scene, matching)
     computer = Computer(slm, wavelength, cgh, coding.passband, options)
     held: dict[str, Held] = {}
+    taken: dict[str, float] = {}
     chain: Chain[Fields] = Chain({})
     for number in numbers:
         record = FrameRecord(number, key=not held)
         updates = []
         with record.stage("PE"):
             scene_frame = scene.frame(number)
-            for obj in scene_frame.objects:
+            for obj in objects_of(scene_frame, held):
                 before = held.get(obj.name, Held.empty(obj))
                 move = _vector(before, obj, matcher, slm, search, measure)
                 after = Held(moved(before.cloud, move, slm, wavelength), before.ids)
                 after = computer.visible(after)
                 held[obj.name], correction = correct(after, obj, matcher)
-                computer.book(record, correction)
-                blank = sum(window.size for window in strips(move, slm))
-                record.point_pixels += len(after) * blank
-                record.blank_share += blank / (slm.width * slm.height * len(scene_frame.objects))
+                taken[obj.name] = taken.get(obj.name, 0.0) + computer.light(correction.removed)
                 updates.append(Update(obj.name, move, after.cloud, correction))
-        shown = PointCloud.concatenate(held[obj.name].cloud for obj in scene_frame.objects)
+            shown = PointCloud.concatenate(held[obj.name].cloud for obj in scene_frame.objects)
+            most = WORN * computer.light(shown) / len(held) if held else 0.0
+            for i, update in enumerate(updates):
+                if taken[update.name] > most:
+                    taken[update.name] = 0.0
+                    everything = Correction(PointCloud.empty(), held[update.name].cloud)
+                    update = updates[i] = Update(
+                        update.name, Move(), PointCloud.empty(), everything, whole=True
+                    )
+                computer.book(record, update.correction)
+                blank = sum(window.size for window in strips(update.move, slm))
+                record.point_pixels += len(update.carried) * blank
+                record.blank_share += blank / (slm.width * slm.height * len(updates))
         make = chain.then(
             partial(_update, updates=updates, computer=computer, record=record),
             partial(_total, slm=slm),
@@ -123,7 +145,7 @@ def _update(
 ) -> Fields:
     for update in updates:
         field = fields.get(update.name)
-        if field is None:
+        if field is None or update.whole:
             field = np.zeros(computer.slm.shape, dtype=np.complex64)
         if update.move:
             with record.stage("RMC"):

@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 
 from chrmc.cgh import Method
 from chrmc.compensation.frame import VideoFrame
-from chrmc.compensation.held import Chain, Computer, Correction, Held, Matcher, correct
+from chrmc.compensation.held import (
+    WORN,
+    Chain,
+    Computer,
+    Correction,
+    Held,
+    Matcher,
+    correct,
+    objects_of,
+)
 from chrmc.encoding import Coding
 from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
@@ -42,25 +51,32 @@ def frames(
     options : for the CGH method
 
     With "exact" the field is that of `none` within the rounding of the sum: 1e-5 with rt or nlut,
-    of the light that the points have one by one (what cancels, or is gone, leaves its rounding);
-    a CGH method's own error enters twice for each point that was removed (wrp: 1e-2).
+    of the light that the points have one by one, which is more where waves cancel; a CGH method's
+    own error enters twice for each point that was removed (wrp: 1e-2). A hologram that far more
+    light was taken out of than it shows is computed whole: what is gone leaves its rounding.
     `frame.shown` are the points that the field is the sum of.
     """
     matcher = Matcher.of(scene, matching)
     computer = Computer(slm, wavelength, cgh, coding.passband, options)
     held: dict[str, Held] = {}
+    taken = 0.0
     chain = Chain(np.zeros(slm.shape, dtype=np.complex64))
     for number in numbers:
         record = FrameRecord(number, key=not held)
         corrections = []
         with record.stage("PE"):
             scene_frame = scene.frame(number)
-            for obj in scene_frame.objects:
+            for obj in objects_of(scene_frame, held):
                 before = held.get(obj.name, Held.empty(obj))
                 held[obj.name], correction = correct(before, obj, matcher)
-                computer.book(record, correction)
                 corrections.append(correction)
-        shown = PointCloud.concatenate(held[obj.name].cloud for obj in scene_frame.objects)
+            shown = PointCloud.concatenate(held[obj.name].cloud for obj in scene_frame.objects)
+            taken += sum(computer.light(correction.removed) for correction in corrections)
+            if taken > WORN * computer.light(shown):
+                taken, record.key = 0.0, True
+                corrections = [Correction(PointCloud.empty(), shown)]
+            for correction in corrections:
+                computer.book(record, correction)
         stage = "HC" if record.key else "EC"
         make = chain.then(
             partial(
@@ -79,6 +95,8 @@ def _update(
     record: FrameRecord,
     stage: str,
 ) -> NDArray[np.complex64]:
+    if record.key:
+        field = np.zeros_like(field)
     change = PointCloud.concatenate(c.signed for c in corrections)
     if len(change):
         field += computer.compute(change, record, stage)

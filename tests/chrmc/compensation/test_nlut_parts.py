@@ -137,6 +137,23 @@ def test_kept_points_keep_their_places_and_phases() -> None:
     assert np.allclose(waves, [-np.exp(7j), -np.exp(9j), 0.7])
 
 
+def test_points_that_did_not_change_are_no_correction() -> None:
+    """Without identities, several to a pixel: which is which is told by all they are."""
+    rng = np.random.default_rng(2)
+    places = rng.integers(0, 3, (40, 3)) * 1e-9 + (0, 0, 0.2)
+    cloud = chrmc.PointCloud(places, rng.integers(1, 3, 40), rng.integers(0, 2, 40))
+    mixed = cloud.select(rng.permutation(40))
+    other = chrmc.PointCloud(places[:2], np.full(2, 9.0), np.zeros(2))
+    obj = ObjectFrame("o", chrmc.PointCloud.concatenate([mixed.select(slice(5, None)), other]))
+    after, correction = correct(Held(cloud, None), obj, Matcher("exact", PITCH, 1e-4))
+    assert len(correction.removed) == 5 and len(correction.added) == 2
+    rows = [
+        sorted(map(tuple, np.c_[c.positions, c.amplitude, c.phase].tolist()))
+        for c in (after.cloud, obj.cloud)
+    ]
+    assert rows[0] == rows[1]
+
+
 @given(st.floats(-0.02, 0.02), st.floats(-0.02, 0.02), st.floats(1e-4, 0.5))
 def test_showable_is_what_the_check_passes(x: float, y: float, z: float) -> None:
     cloud = chrmc.PointCloud(np.array([[x, y, z]]), np.ones(1), np.zeros(1))

@@ -1,5 +1,6 @@
 """TR-, MC-, MPEG- and 3DMC-NLUT: the field is the sum of the points they say they hold."""
 
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -12,9 +13,10 @@ from chrmc.compensation import video
 from chrmc.compensation.frame import VideoFrame
 from chrmc.encoding import coding_for
 from chrmc.reference import reference_field, reference_samples, relative_error
+from chrmc.scene.derived import DerivedScene
 from chrmc.scene.load import load_scene
 from chrmc.scene.point_scene import PointScene
-from chrmc.scene.scene import Pose, Scene
+from chrmc.scene.scene import Pose, Scene, SceneFrame
 from chrmc.slm import SLM
 
 SMALL = SLM("small", 100, 64, 8.1e-6)
@@ -144,6 +146,57 @@ def test_points_that_vanish_and_return_are_counted_and_right(method: str) -> Non
         assert records[1:] == [(1, 0), (1, 0), (0, 0)]
     else:
         assert records[1:] == [(1, 0), (0, 0), (0, 1)]
+
+
+def blinking(ratio: float, hidden: list[int], leaves: bool = False) -> Scene:
+    """A dim rock, and a mover `ratio` times as bright that is hidden in some frames, or, if it
+    leaves, is no object of them."""
+    rng = np.random.default_rng(5)
+    rock = chrmc.PointCloud(rng.uniform(-2e-4, 2e-4, (12, 3)), np.ones(12), rng.uniform(0, 6, 12))
+    mover = chrmc.PointCloud(rock.positions[::-1] * 0.7, ratio * np.ones(12), rock.phase + 1)
+    seen = [np.full(12, k not in hidden) for k in range(1, 8)]
+    poses = [Pose(np.eye(3), np.array([1e-5 * k, 0, 0.2])) for k in range(7)]
+    still = Pose(np.eye(3), np.array([0, 0, 0.21]))
+    scene = PointScene(
+        "blinking", {"mover": mover, "rock": rock}, {"mover": poses, "rock": [still]},
+        {"mover": seen},
+    )  # fmt: skip
+    return _Leaving(scene, hidden) if leaves else scene
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Leaving(DerivedScene):
+    hidden: list[int]
+
+    def frame(self, number: int) -> SceneFrame:
+        objects = self.scene.frame(number).objects
+        return SceneFrame(number, objects[1:] if number in self.hidden else objects)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1e4, 1e12])
+@pytest.mark.parametrize("method", METHOD_NAMES)
+def test_what_is_gone_leaves_no_light(method: str, ratio: float) -> None:
+    """Rounding of what was put in and taken out is less than the least that is shown then."""
+    for frame in frames_of(blinking(ratio, [2, 3, 5]), method, 7):
+        assert error_of(frame.field, frame.cloud) < 1e-5
+
+
+@pytest.mark.parametrize("method", METHOD_NAMES)
+def test_a_frame_of_no_points_is_dark(method: str) -> None:
+    scene = glide([(0, 0, 0)] * 3)
+    seen = [np.full(30, k % 2 == 0) for k in range(4)]
+    dark = PointScene(
+        "dark", {"mover": scene.bodies["mover"]}, {"mover": scene.poses["mover"]}, {"mover": seen}
+    )
+    fields = [frame.field for frame in frames_of(dark, method, 4)]
+    assert [field.any() for field in fields] == [True, False, True, False]
+
+
+@pytest.mark.parametrize("method", METHOD_NAMES)
+def test_objects_that_a_frame_leaves_out_are_taken_out(method: str) -> None:
+    for frame in frames_of(blinking(1.0, [2, 3, 5], leaves=True), method, 7):
+        assert error_of(frame.field, frame.cloud) < 1e-5
+        assert len(frame.shown) == len(frame.cloud)
 
 
 @pytest.mark.parametrize(("method", "size"), [("mpeg-nlut", 4), ("3dmc-nlut", 8)])

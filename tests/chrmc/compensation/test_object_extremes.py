@@ -43,3 +43,19 @@ def test_a_body_of_one_place_is_shown(tolerance: float) -> None:
     ):
         truth = reference_field(frame.cloud, slm, wavelength, passband=band)
         assert relative_error(frame.field, truth) <= tolerance
+
+
+def test_a_body_that_comes_near_fast_is_shown() -> None:
+    """Its points' phases change by more radians with the range than layers can be added up for."""
+    slm, wavelength = SLM("small", 60, 40, 8e-6), 532e-9
+    random = np.random.default_rng(3)
+    body = chrmc.PointCloud(random.uniform(-2e-3, 2e-3, (30, 3)), np.ones(30), random.random(30))
+    poses = [chrmc.Pose.from_rotvec([0, 1e-3 * k, 0], [0, 0, 0.3 - 0.02 * k]) for k in range(6)]
+    scene = PointScene("near", {"body": body}, {"body": poses})
+    band = coding_for("real", slm).passband
+    with np.errstate(divide="raise", over="raise", invalid="raise"):
+        for frame in chrmc.video(
+            scene, slm, wavelength, compensation="ch-rmc-object", tolerance=1e-3, reuse="always"
+        ):
+            truth = reference_field(frame.cloud, slm, wavelength, passband=band)
+            assert relative_error(frame.field, truth) <= 1e-3
