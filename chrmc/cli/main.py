@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from chrmc.cli.lazy import LazyGroup
-from chrmc.cli.signals import ended_by_signal, no_more_signals
+from chrmc.cli.signals import ended_by_signal, interrupted
 
 # name: (module, one line for --help). Modules load when their command is called.
 COMMANDS = {
@@ -71,9 +71,7 @@ def main(arguments: list[str] | None = None) -> None:
         with ended_by_signal():
             status = group.main(args=arguments, prog_name="chrmc", standalone_mode=False)
     except (click.exceptions.Abort, KeyboardInterrupt):
-        no_more_signals()  # a second one would end what is being put away
-        print("chrmc: interrupted; what was finished is kept", file=sys.stderr)
-        status = 130
+        status = interrupted()
     except click.ClickException as error:
         why = error.format_message()
     except MemoryError as error:

@@ -2,6 +2,7 @@
 
 import contextlib
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -10,7 +11,43 @@ from types import FrameType
 from chrmc.interrupts import INTERRUPTS
 
 PATIENCE = 5.0
-"""Seconds after an interrupt in which another one changes nothing."""
+"""Seconds after an interrupt in which another one changes nothing, and that one waits at most for
+modules that are being loaded."""
+
+
+class _End:
+    """Raises KeyboardInterrupt for the first of several signals.
+
+    Not in the middle of an import: C++ libraries that are being loaded would abort the process.
+    """
+
+    def __init__(self) -> None:
+        self._put_off: float | None = None
+        self._came = -PATIENCE
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        now = time.monotonic()
+        if self._put_off is None:
+            self._put_off = now
+        if _loading(frame) and now - self._put_off < PATIENCE:
+            again = threading.Timer(0.02, signal.raise_signal, [number])
+            again.daemon = True
+            again.start()
+            return
+        self._put_off = None
+        # A second one would break off what puts things away after the first.
+        if now - self._came > PATIENCE:
+            self._came = now
+            raise KeyboardInterrupt
+
+
+def _loading(frame: FrameType | None) -> bool:
+    """Whether a module is being imported."""
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
 
 
 def no_more_signals() -> None:
@@ -18,6 +55,13 @@ def no_more_signals() -> None:
     if threading.current_thread() is threading.main_thread():
         for number in INTERRUPTS:
             signal.signal(number, signal.SIG_IGN)
+
+
+def interrupted() -> int:
+    """Say that the program was ended, and let nothing end what is being put away; its status."""
+    no_more_signals()
+    print("chrmc: interrupted; what was finished is kept", file=sys.stderr)
+    return 130
 
 
 @contextlib.contextmanager
@@ -29,17 +73,8 @@ def ended_by_signal(even_under_nohup: bool = False) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield  # signals are the main thread's
         return
-
-    came = -PATIENCE
-
-    def end(_number: int, _frame: FrameType | None) -> None:
-        nonlocal came
-        now = time.monotonic()
-        # A second one would break off what puts things away after the first.
-        if now - came > PATIENCE:
-            came = now
-            raise KeyboardInterrupt
-
+    outer = signal.getsignal(signal.SIGTERM)
+    end = outer if isinstance(outer, _End) else _End()
     polite = [signal.SIGTERM]
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         polite.append(signal.SIGINT)

@@ -3,6 +3,8 @@
 import signal
 import subprocess
 import sys
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
@@ -32,6 +34,42 @@ try:
 except KeyboardInterrupt:
     print("ended")
 """
+
+# A signal while the program is still being loaded.
+_WHILE_LOADING = """
+import signal, sys
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            signal.raise_signal(signal.{number})
+
+sys.meta_path.insert(0, Finder())
+sys.argv = ["chrmc", "bench", "speed"]
+from chrmc.__main__ import main
+main()
+"""
+
+
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("module", ["click", "numpy.linalg"])
+def test_a_signal_while_the_program_is_loaded_ends_it_politely(module: str, number: str) -> None:
+    code = _WHILE_LOADING.format(module=module, number=number)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 130, done.stderr
+    assert done.stderr.strip() == "chrmc: interrupted; what was finished is kept"
+
+
+def test_a_module_that_is_loaded_for_ever_is_broken_off(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("chrmc.cli.signals.PATIENCE", 0.1)
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "endless.py").write_text(
+        "import signal\nsignal.raise_signal(signal.SIGTERM)\nwhile True:\n    pass\n"
+    )
+    with pytest.raises(KeyboardInterrupt), ended_by_signal():
+        import_module("endless")
 
 
 def test_a_signal_while_shaders_are_made_ends_the_program_politely() -> None:

@@ -34,7 +34,7 @@ def moving_scene(count: int = 4, points: int = 30) -> chrmc.PointScene:
 def test_every_name_promised_is_there_and_importing_stays_light() -> None:
     assert len(chrmc.__all__) <= 30
     assert all(hasattr(chrmc, name) for name in chrmc.__all__)
-    heavy = ["OpenImageIO", "glfw", "moderngl", "matplotlib", "pandas", "click", "tqdm"]
+    heavy = ["numpy", "OpenImageIO", "glfw", "moderngl", "matplotlib", "pandas", "click", "tqdm"]
     code = f"import sys, chrmc; print([m for m in {heavy} if m in sys.modules])"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert shown.stdout.strip() == "[]"
