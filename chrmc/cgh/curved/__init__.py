@@ -29,7 +29,7 @@ from chrmc.cgh.curved.assembly import (
     reference_cycles,
     sum_signals,
 )
-from chrmc.cgh.curved.baseband import make_factor
+from chrmc.cgh.curved.baseband import first_aim, make_factor
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.cost import cost_of
 from chrmc.cgh.curved.direct import (
@@ -120,7 +120,7 @@ def low_rank(
     plane = replace(plane_of(slm, wavelength, window, passband), points=len(cloud))
     # The largest first, so that the others fit beside it.
     parts = sorted(clusters.split(cloud, plane), key=len, reverse=True)
-    aim, before, closer = tolerance, np.inf, 1.0
+    aim, before, closer = first_aim(tolerance), np.inf, 1.0
     for _ in range(4):
         summed = in_parallel(partial(make_factor, plane=plane, tolerance=aim), parts)
         factors = [factor for factor, _ in summed]

@@ -46,6 +46,11 @@ class Grid:
         """Nodes that a block of so many targets uses."""
         return ceil(self.spacings * targets / self.targets - 1e-9) + 2 * self.margin
 
+    def before(self, targets: int) -> int:
+        """Nodes more, on its lower side, that a last block of so few targets reads from: a short
+        one with few nodes around would be the worst of all."""
+        return self.nodes(self.targets) - self.nodes(targets)
+
     def count(self, targets: int) -> int:
         """Nodes in all, for a run of so many targets."""
         last = targets - (self.blocks - 1) * self.targets
@@ -179,7 +184,8 @@ def _edge_matrix(
 def _weights(
     grid: Grid, targets: int, covariance: Callable[[Floats], Floats], tolerance: float
 ) -> Floats:
-    nodes = np.arange(grid.nodes(targets), dtype=np.float64) - grid.margin + 0.5
+    first = 0.5 - grid.margin - grid.before(targets)
+    nodes = first + np.arange(grid.nodes(grid.targets), dtype=np.float64)
     places = (np.arange(targets, dtype=np.float64) + 0.5) * (grid.spacings / grid.targets)
     among = covariance(nodes[:, None] - nodes)
     among[np.diag_indices_from(among)] += (_NUGGET * tolerance) ** 2

@@ -18,7 +18,7 @@ from chrmc.cgh.curved.assembly import Factor, add_field, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Needs, axis_behind, make_axis
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, nonuniform_baseband
-from chrmc.cgh.curved.predict import Budget, expected_error, light_of
+from chrmc.cgh.curved.predict import ROUNDING, Budget, expected_error, light_of
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.tables import (
     MOST_AT_ONCE,
@@ -51,6 +51,13 @@ _QUICK = 1e7  # the same up to which that is quicker than smaller clusters
 _MOST_LEAVES = 2000  # sub-clusters of a cluster, some 20 ms each
 _SAMPLES = 0.1  # of a series, for each wave that it saves
 SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
+_EXPECTED = 0.75  # of what nodes and series aim at, that is expected of them
+
+
+def first_aim(tolerance: float) -> float:
+    """What nodes and series aim at, so that their error and rounding together are allowed."""
+    allowed = max(0.64 * tolerance**2 - 1.2 * ROUNDING**2, 0.1 * tolerance**2)
+    return min(tolerance, sqrt(allowed) / _EXPECTED)
 
 
 Summed = tuple[Reals, Reals, Remainder]
@@ -197,6 +204,10 @@ def sum_points(
         more = np.zeros(fine[0].shape, dtype=np.complex64)
         still_x, still_y = ((np.ones(n), np.zeros(n)) for n in nodes)
         for level, small in zip(levels[1:], others, strict=True):
+            if (level.axis_x, level.axis_y) == axes:
+                more.real += small[0]
+                more.imag += small[1]
+                continue
             carried = Factor(level.axis_x, level.axis_y, reference, *_single(*small))
             add_field(more, carried, still_x, still_y)
         np.add(fine[0], more.real, out=fine[0])
@@ -238,9 +249,13 @@ def levels_for(
         coarse = axes_behind(axes, cloud, reference, plane, wanted)
         pixels = len(coarse[0].nodes) * len(coarse[1].nodes)
         if clusters.coarse_pays(count, size, pixels, more):
-            levels.append(Level(*held, slice(first, cut), _precision(aim)))
-            held, first, aim = coarse, cut, wanted
             square += (wanted * left) ** 2
+        elif _precision(wanted) != _precision(aim):
+            coarse = held  # in single precision
+        else:
+            continue
+        levels.append(Level(*held, slice(first, cut), _precision(aim)))
+        held, first, aim = coarse, cut, wanted
     levels.append(Level(*held, slice(first, None), _precision(aim)))
     return levels, sqrt(square)
 

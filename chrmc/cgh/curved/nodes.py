@@ -325,7 +325,7 @@ def _even_run(
         start = number * grid.targets
         stop = min(start + grid.targets, line.count)
         whole = matrix(stop - start)
-        low = number * grid.spacings - below
+        low = number * grid.spacings - below - grid.before(stop - start)
         high = low + whole.shape[1]
         part = whole[:, max(0, -low) : whole.shape[1] - max(0, high - nodes.count)]
         blocks.append(Block(slice(start, stop), slice(max(0, low), min(high, nodes.count)), part))

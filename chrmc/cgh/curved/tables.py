@@ -34,6 +34,8 @@ Table = tuple[Reals, Reals, Reals]
 """cos, sin and cos + sin of phases, (N, nodes) each."""
 
 
+_MOST_VALUES, _ROWS = 1 << 25, 64  # of all terms, held at once; of nodes, summed at once otherwise
+
 _BLOCK = 128_000  # entries of a table that are made at once: they fit the second cache
 
 
@@ -79,11 +81,14 @@ def _products(
     """
     terms, n = scale.shape
     ny, nx = down[0].shape[1], across[0].shape[1]
-    out = np.empty((terms, 2, ny, nx), dtype=scale.dtype)
-    cuts = np.linspace(0, ny, (4 if terms < 3 else 1) + 1).astype(int)
+    # Of very many nodes all terms are added up as they come, or they would fill the memory.
+    together = terms if terms * ny * nx > _MOST_VALUES else 1
+    number = ny // _ROWS if together > 1 else 4 if terms < 3 else 1
+    cuts = np.linspace(0, ny, max(number, 1) + 1).astype(int)
+    out = np.empty((terms // together, 2, ny, nx), dtype=scale.dtype)
 
     def piece(term: int, rows: slice) -> Callable[[], None]:
-        def multiply() -> None:
+        def multiply(term: int, target: Reals) -> None:
             scaled = np.empty((n, rows.stop - rows.start), dtype=scale.dtype)
             three = []
             for table, other in zip(down, across, strict=True):
@@ -93,13 +98,22 @@ def _products(
             imag -= both
             imag -= sine
             both -= sine
-            _weigh(weights.of(term, rows), (both, imag), out[term, :, rows])
+            _weigh(weights.of(term, rows), (both, imag), target)
 
-        return multiply
+        def every() -> None:
+            target = out[term, :, rows]
+            multiply(term, target)
+            if together > 1:
+                one = np.empty_like(target)
+                for more in range(1, terms):
+                    multiply(more, one)
+                    target += one
+
+        return every
 
     pieces = [
         piece(term, slice(int(first), int(last)))
-        for term in range(terms)
+        for term in range(len(out))
         for first, last in pairwise(cuts)
     ]
 

@@ -22,12 +22,31 @@ def missed_waves(grid: Grid, targets: int, nyquist: float, tolerance: float) -> 
         start = number * grid.targets
         count = min(grid.targets, targets - start)
         matrix = band.band_matrix(grid, count, nyquist, tolerance)
-        assert matrix.shape == (count, grid.nodes(count))
+        assert matrix.shape == (count, grid.nodes(grid.targets))
         t = start + np.arange(count) + 0.5
-        x = start + (np.arange(matrix.shape[1]) - grid.margin + 0.5) / per
+        first = 0.5 - grid.margin - grid.before(count)
+        x = start + (first + np.arange(matrix.shape[1])) / per
         exact = np.exp(2j * np.pi * frequencies * t)
         power += np.sum(np.abs(exact - np.exp(2j * np.pi * frequencies * x) @ matrix.T) ** 2, 1)
     return np.sqrt(power / targets)
+
+
+@given(st.integers(100, 3000), st.floats(0.1, 0.7), st.sampled_from(TOLERANCES))
+@settings(max_examples=60, deadline=None)
+def test_a_short_last_block_is_read_as_well_as_the_others(
+    targets: int, nyquist: float, tolerance: float
+) -> None:
+    grid = band.band_grid(targets, nyquist, tolerance, 15)
+    if grid is None or grid.blocks == 1:
+        return
+    last = targets - (grid.blocks - 1) * grid.targets
+    matrix = band.band_matrix(grid, last, nyquist, tolerance)
+    per = grid.spacings / grid.targets
+    waves = 2j * np.pi * np.linspace(0.02, 0.98, 13)[:, None] * nyquist / 2
+    first = 0.5 - grid.margin - (matrix.shape[1] - grid.nodes(last))
+    read = np.exp(waves * (first + np.arange(matrix.shape[1])) / per) @ matrix.T
+    missed = np.abs(read - np.exp(waves * (np.arange(last) + 0.5)))
+    assert np.sqrt(np.mean(missed**2)) < 3 * tolerance
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
@@ -94,7 +113,8 @@ def test_soft_edges_are_resolved_wherever_they_fall(
         start = number * grid.targets
         count = min(grid.targets, targets - start)
         matrix = band.edge_matrix(grid, count, nyquist, width, tolerance)
-        x = start + (np.arange(matrix.shape[1]) - grid.margin + 0.5) * grid.targets / grid.spacings
+        first = 0.5 - grid.margin - grid.before(count)
+        x = start + (first + np.arange(matrix.shape[1])) * grid.targets / grid.spacings
         t = start + np.arange(count) + 0.5
         power += float(np.sum(np.abs(waves(t) - waves(x) @ matrix.T) ** 2))
     missed = np.sqrt(power / (40 * 9) / lit)

@@ -7,8 +7,10 @@ from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
 from chrmc.cgh.curved import chebyshev, series, tables, wave
 from chrmc.cgh.curved.along import across
-from chrmc.cgh.curved.clusters import bounding_box
+from chrmc.cgh.curved.baseband import cluster_axes, first_aim, levels_for, series_for
+from chrmc.cgh.curved.clusters import bounding_box, reference_of
 from chrmc.cgh.curved.nodes import Axis
+from chrmc.cgh.curved.predict import error_allowed
 from chrmc.encoding import coding_for
 from chrmc.optics.footprint import coverage
 from chrmc.reference import reference_samples, relative_error
@@ -220,3 +222,60 @@ def test_series_of_points_metres_apart_seen_from_a_narrow_panel() -> None:
         1 / points[:, 2, None, None], 2e-6,
     )  # fmt: skip
     assert np.linalg.norm(total - exact) < 2e-3 * np.linalg.norm(exact)
+
+
+def test_terms_of_very_many_nodes_are_added_up_as_they_come(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    random = np.random.default_rng(2)
+    down, across = (tuple(random.normal(size=(3, 30, n))) for n in (150, 40))
+    weights = series.OnNodes(
+        *random.normal(size=(2, 5, 4, 3)), random.normal(size=(3, 40)),
+        random.normal(size=(150, 4)),
+    )  # fmt: skip
+    scale = random.normal(size=(5, 30))
+
+    def summed() -> np.ndarray:
+        pieces, total = tables._products(across, down, scale, weights)
+        for piece in pieces:
+            piece()
+        return np.array(total())
+
+    whole = summed()
+    monkeypatch.setattr(tables, "_MOST_VALUES", 0)
+    np.testing.assert_allclose(summed(), whole, rtol=0, atol=1e-10 * np.abs(whole).max())
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1.3e-6, 2e-6, 1e-5])
+@pytest.mark.parametrize(
+    ("size", "depth"), [((2e-3, 1e-3, 1e-9), 0.25), ((1e-3, 1e-3, 2e-3), 0.1), ((0, 0, 0.5), 0.9)]
+)
+def test_the_first_attempt_leaves_room_for_rounding(
+    size: tuple[float, float, float], depth: float, tolerance: float
+) -> None:
+    slm = SLM("half", 960, 600, 16e-6)
+    random = np.random.default_rng(5)
+    cloud = PointCloud(
+        (random.random((200, 3)) - 0.5) * size + (1e-3, 0, depth), np.ones(200),
+        random.uniform(0, 6.3, 200),
+    )  # fmt: skip
+    passband = coding_for("ssb", slm).passband
+    plane = curved.plane_of(slm, WAVELENGTH, Window.full(slm), passband)
+    factor, budget = curved.make_factor(cloud, plane, first_aim(tolerance))
+    assert budget.relative <= error_allowed([factor], tolerance, len(cloud))
+
+
+def test_small_terms_are_summed_in_single_precision() -> None:
+    slm = SLM("wide", 480, 600, 16e-6)
+    random = np.random.default_rng(4)
+    places = random.uniform(-1, 1, (120, 3)) * (2e-3, 1e-3, 0.4) + (0, 0, 0.8)
+    cloud = PointCloud(places, np.ones(120), random.uniform(0, 6.3, 120))
+    plane = curved.plane_of(slm, WAVELENGTH, Window.full(slm), coding_for("real", slm).passband)
+    reference = reference_of(bounding_box(places), plane)
+    axes = cluster_axes(cloud, reference, plane, 1e-6)
+    short = series_for(cloud, axes, reference, plane, 1e-6)
+    assert short is not None and short.terms > 4
+    levels, _ = levels_for(cloud, axes, reference, plane, 1e-6, short, 10**6)
+    assert levels[0].precision is np.float64 and levels[-1].precision is np.float32
+    single = sum(len(range(*one.terms.indices(short.terms))) for one in levels[1:])
+    assert single >= short.terms / 2
