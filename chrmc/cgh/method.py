@@ -27,6 +27,8 @@ class CGHMethod:
         Re(field·exp(+2πi·carrier·y)) for less work than the field takes
     field_and_error, signal_and_error : the same, and the relative L2 error that the method
         expects of it, None where it knows of none
+    one_by_one : `field` where that judges waves by what is left of them: each computed by itself,
+        as for points that a hologram is changed by
     cost : (cloud, slm, wavelength, window, passband, **options) → what a frame takes, an
         `OperationCounts`, its cache being warm
     waves : (cloud, slm, wavelength, rows, columns, passband, **options) → complex128 (N, K), each
@@ -41,6 +43,7 @@ class CGHMethod:
     signal: Callable[..., NDArray[np.float32]] | None = None
     field_and_error: Callable[..., tuple[NDArray[np.complex64], float | None]] | None = None
     signal_and_error: Callable[..., tuple[NDArray[np.float32], float | None]] | None = None
+    one_by_one: FieldFunction | None = None
     cost: Callable[..., OperationCounts] | None = None
     waves: Callable[..., NDArray[np.complex128]] | None = None
     rounding: float = 0.0

@@ -2,13 +2,13 @@
 
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh import Method, compute_field
+from chrmc.cgh import Method, compute_field, method_named
 from chrmc.compensation.ch_rmc_paper.error_correction import RULES, match, rule_named
 from chrmc.compensation.frame import FieldMaker
 from chrmc.optics.footprint import expected_power, reach
@@ -196,12 +196,32 @@ class Computer:
         self, cloud: PointCloud, record: FrameRecord, stage: str, window: Window | None = None
     ) -> NDArray[np.complex64]:
         """The field of a cloud, its time booked on a stage; see `book` for the points."""
+        return self._by(self.cgh, cloud, record, stage, window)
+
+    def change(
+        self, cloud: PointCloud, record: FrameRecord, stage: str, window: Window | None = None
+    ) -> NDArray[np.complex64]:
+        """The same of points that change a hologram: what others change with them must not decide
+        how each is computed, or what is put in is not what is taken out."""
+        method = method_named(self.cgh)
+        if method.one_by_one is not None:
+            method = replace(method, field=method.one_by_one)
+        return self._by(method, cloud, record, stage, window)
+
+    def _by(
+        self,
+        method: str | Method,
+        cloud: PointCloud,
+        record: FrameRecord,
+        stage: str,
+        window: Window | None,
+    ) -> NDArray[np.complex64]:
         with record.stage(stage):
             return compute_field(
                 cloud,
                 self.slm,
                 self.wavelength,
-                self.cgh,
+                method,
                 window=window,
                 passband=self.passband,
                 **self.options,

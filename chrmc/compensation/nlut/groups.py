@@ -151,10 +151,10 @@ class Group:
                     shifted *= in_x
                     total += shifted
             for window in strips(move, slm):
-                total[window.slices] += computer.compute(carried, record, "HC", window)
+                total[window.slices] += computer.change(carried, record, "HC", window)
         change = PointCloud.concatenate(c.signed for c in frame.corrections)
         if len(change):
-            total += computer.compute(change, record, "EC")
+            total += computer.change(change, record, "EC")
         return total
 
 

@@ -146,17 +146,18 @@ def _update(
     for update in updates:
         field = fields.get(update.name)
         if field is None or update.whole:
-            field = np.zeros(computer.slm.shape, dtype=np.complex64)
+            stage = "HC" if record.key or update.whole else "EC"
+            fields[update.name] = computer.compute(update.correction.added, record, stage)
+            continue
         if update.move:
             with record.stage("RMC"):
                 still = field
                 field = np.zeros_like(still)
                 shift_into(field, still, update.move)
             for window in strips(update.move, computer.slm):
-                field[window.slices] = computer.compute(update.carried, record, "HC", window)
+                field[window.slices] = computer.change(update.carried, record, "HC", window)
         if len(update.correction):
-            stage = "HC" if record.key else "EC"
-            field += computer.compute(update.correction.signed, record, stage)
+            field += computer.change(update.correction.signed, record, "EC")
         fields[update.name] = field
     return fields
 

@@ -95,9 +95,9 @@ def _update(
     record: FrameRecord,
     stage: str,
 ) -> NDArray[np.complex64]:
-    if record.key:
-        field = np.zeros_like(field)
     change = PointCloud.concatenate(c.signed for c in corrections)
+    if record.key:
+        return computer.compute(change, record, stage)
     if len(change):
-        field += computer.compute(change, record, stage)
+        field += computer.change(change, record, stage)
     return field

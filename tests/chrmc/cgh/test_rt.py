@@ -102,6 +102,25 @@ def test_more_points_than_a_chunk_add_up() -> None:
     assert relative_error(half[0] + half[1], whole) < 1e-5
 
 
+def test_one_by_one_a_wave_is_the_same_whatever_others_there_are() -> None:
+    """Steep and plain ones, and such as cancel: what was put in can be taken out."""
+    panel = SLM("s", 40, 30, 1e-5)
+    cloud = cloud_at(0.01, 1e-4, 6)
+    aside = np.array([[a, a, 0] for a in (0, 1e-3, 1.4e-3, 1.6e-3, 2e-3, 3e-3)])
+    cloud = chrmc.PointCloud(cloud.positions + aside, cloud.amplitude, cloud.phase)
+    less = chrmc.PointCloud(cloud.positions, -cloud.amplitude, cloud.phase).select([1, 2, 4])
+
+    def made(*clouds: chrmc.PointCloud) -> np.ndarray:
+        given = chrmc.PointCloud.concatenate(clouds), panel, WAVELENGTH
+        window = Window(0, 30, 0, 40)
+        return rt.one_by_one(*given, window, UNLIMITED)
+
+    left, whole = made(cloud.select([0, 3, 5])), made(cloud)
+    assert np.abs(made(cloud, less) - left).max() < 3e-7 * np.abs(whole).max()
+    assert np.abs(whole + made(less) - left).max() < 3e-7 * np.abs(whole).max()
+    assert np.abs(made(cloud.select([1, 2, 4]), less)).max() < 3e-7 * np.abs(whole).max()
+
+
 def test_extremes_of_amplitude() -> None:
     cloud = cloud_at(0.05, 3e-4, count=4)
     dark = chrmc.PointCloud(cloud.positions, np.zeros(4), cloud.phase)
