@@ -28,6 +28,7 @@ from chrmc.cgh.curved.interface import (
     low_rank,
     plane_of,
 )
+from chrmc.compensation import none
 from chrmc.compensation.ch_rmc_object.choice import MOST_VALUES, Patience, choose, poses_ahead
 from chrmc.compensation.ch_rmc_object.group import Group
 from chrmc.compensation.ch_rmc_object.plan import Outline, Plan, outline_of, planned, same_light
@@ -39,7 +40,7 @@ from chrmc.encoding import Coding
 from chrmc.optics.footprint import check_showable
 from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
-from chrmc.scene.scene import ObjectFrame, Pose, Scene
+from chrmc.scene.scene import ObjectFrame, Pose, Scene, SceneFrame
 from chrmc.slm import SLM
 from chrmc.window import Window
 
@@ -77,8 +78,9 @@ def frames(
         from the shapes of the work; "always" wherever it can be; the record's `reuse` says which
 
     The record's `error_predicted` stays below the tolerance: an object is keyed anew before it
-    would pass it, and where no key frame helps ValueError says so. `blank_share` is the share of
-    the hologram in which soft footprint edges are summed from the points in every frame.
+    would pass it, and where no key frame helps the frame is made as without compensation, in double
+    precision if need be, or refused by ValueError when it is asked for. `blank_share` is the share
+    of the hologram in which soft footprint edges are summed from the points in every frame.
     """
     if cgh != "curved":
         name = cgh if isinstance(cgh, str) else getattr(cgh, "__name__", "this one")
@@ -119,40 +121,57 @@ class _Maker:
     def frames(self) -> Iterator[VideoFrame]:
         for number in self._numbers:
             scene_frame = self._scene.frame(number)
-            record = FrameRecord(number, key=False)
-            total = Budget(0.0, 0.0)
-            tracks: list[_Track] = []
-            moved: set[str] = set()
-            for obj in scene_frame.objects:
-                if len(obj.cloud) == 0:
-                    continue
-                track = self._tracks.get(obj.name)
-                with record.stage("PE"):
-                    same = track is not None and same_light(track.obj, obj)
-                if track is None or not same:
-                    moved.add(obj.name)
-                    track = self._follow(track, obj, number, record)
-                    self._tracks.pop(obj.name, None)
-                    self._tracks[obj.name] = track  # last, as the latest that was made
-                tracks.append(track)
-                total += track.budget
-            tracks, total = self._together(tracks, scene_frame.cloud, record, total)
-            record.error_predicted = total.relative
-            names = {track.obj.name: track.version for track in tracks}
-            still = {name: version for name, version in names.items() if name not in moved}
-            objects = [(track.obj.name in still, track.factors) for track in tracks]
-            yield VideoFrame(
-                scene_frame,
-                record,
-                self._renderer.of("field", objects, still, record),
-                self._renderer.of("signal", objects, still, record),
-            )
+            try:
+                frame = self._frame(scene_frame)
+            except ValueError:  # as where waves all but cancel: `curved` has other ways
+                frame = self._plain(number)
+            yield frame
+
+    def _plain(self, number: int) -> VideoFrame:
+        """A frame as without compensation: made, or refused, when it is asked for."""
+        made = none.frames(
+            self._scene, self._slm, self._wavelength, "curved", range(number, number + 1),
+            self._coding, tolerance=self._tolerance,
+        )  # fmt: skip
+        frame = next(made)
+        why = "afresh: the low-rank form is not exact enough"
+        frame.record.reuse = {obj.name: why for obj in frame.scene_frame.objects if len(obj.cloud)}
+        return frame
+
+    def _frame(self, scene_frame: SceneFrame) -> VideoFrame:
+        record = FrameRecord(scene_frame.number, key=False)
+        total = Budget(0.0, 0.0)
+        tracks: list[_Track] = []
+        moved: set[str] = set()
+        for obj in scene_frame.objects:
+            if len(obj.cloud) == 0:
+                continue
+            track = self._tracks.get(obj.name)
+            with record.stage("PE"):
+                same = track is not None and same_light(track.obj, obj)
+            if track is None or not same:
+                moved.add(obj.name)
+                track = self._follow(track, obj, record)
+                self._tracks.pop(obj.name, None)
+                self._tracks[obj.name] = track  # last, as the latest that was made
+            tracks.append(track)
+            total += track.budget
+        tracks, total = self._together(tracks, scene_frame.cloud, record, total)
+        record.error_predicted = total.relative
+        names = {track.obj.name: track.version for track in tracks}
+        still = {name: version for name, version in names.items() if name not in moved}
+        objects = [(track.obj.name in still, track.factors) for track in tracks]
+        return VideoFrame(
+            scene_frame,
+            record,
+            self._renderer.of("field", objects, still, record),
+            self._renderer.of("signal", objects, still, record),
+        )
 
     @alone
-    def _follow(
-        self, track: _Track | None, obj: ObjectFrame, number: int, record: FrameRecord
-    ) -> _Track:
+    def _follow(self, track: _Track | None, obj: ObjectFrame, record: FrameRecord) -> _Track:
         """The object's factors in a frame: looked up if its group covers it, else keyed anew."""
+        number = record.number
         if obj.body is None or obj.ids is None or obj.pose is None:
             self._check(obj.cloud)
             return self._afresh(obj, record, "its points are not known again")

@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
-from chrmc import SLM, WAVELENGTH, PointCloud
+from chrmc import SLM, WAVELENGTH, PointCloud, Pose, video
 from chrmc.cgh.curved.interface import Budget, low_rank, plane_of
 from chrmc.compensation.ch_rmc_object.promise import Promise
+from chrmc.encoding import coding_for
 from chrmc.optics.passband import full_band
+from chrmc.reference import reference_field, relative_error
+from chrmc.scene.point_scene import PointScene
 from chrmc.window import Window
 
 PANEL = SLM("small", 240, 160, 16e-6)
@@ -60,3 +63,36 @@ def test_objects_that_cancel_are_looked_at_together() -> None:
     ]
     united = PointCloud.concatenate([one, points(60, 2)])
     assert not promise.broken_together(apart, united, total)
+
+
+@pytest.mark.parametrize("left", [1e-4, 1e-7])
+def test_bodies_that_all_but_cancel_are_shown(left: float) -> None:
+    """What the low-rank form cannot hold, the exact sum does; frames before and after are looked up
+    as ever."""
+    one = points(40)
+    body = PointCloud(one.positions - (0, 0, 0.2), one.amplitude, one.phase)
+    other = PointCloud(body.positions, (1 - left) * body.amplitude, body.phase + np.pi)
+    poses = [Pose.from_rotvec([0, 1e-3 * k, 0], [0, 0, 0.2]) for k in range(4)]
+    seen = {"other": [np.full(40, k in (1, 3)) for k in range(4)]}
+    scene = PointScene(
+        "cancel", {"body": body, "other": other}, {"body": poses, "other": poses}, seen
+    )
+    made = video(scene, PANEL, WAVELENGTH, compensation="ch-rmc-object", tolerance=1e-3)
+    carrier = np.exp(2j * np.pi * coding_for("real", PANEL).carrier * PANEL.y())[:, None]
+    for number, frame in enumerate(made):
+        truth = reference_field(frame.cloud, PANEL, WAVELENGTH)
+        assert relative_error(frame.field, truth) <= 1e-3
+        assert relative_error(frame.signal, (truth * carrier).real) <= 1.5e-3
+        exact = frame.record.reuse.get("other", "") == frame.record.reuse["body"] != ""
+        assert exact == (number in (1, 3)), frame.record.reuse
+
+
+def test_what_double_precision_cannot_hold_is_refused_when_it_is_asked_for() -> None:
+    one = points(40)
+    other = PointCloud(one.positions, one.amplitude, one.phase + np.pi * (1 + 1e-15))
+    still = [Pose(np.eye(3), np.zeros(3))]
+    scene = PointScene("dark", {"one": one, "other": other}, {"one": still, "other": still})
+    (frame,) = video(scene, PANEL, WAVELENGTH, compensation="ch-rmc-object", tolerance=1e-3)
+    for part in ("field", "signal"):
+        with pytest.raises(ValueError, match="waves all but cancel"):
+            getattr(frame, part)
