@@ -29,6 +29,7 @@ class Circle:
 
 
 LINE = (float("nan"), float("nan"))
+_CENTRED = 1e-14  # square of a centre's distance from the positions' mean, in radii, at least
 
 
 def geometric(positions: ArrayLike, iterations: int = 50) -> Circle:
@@ -42,6 +43,8 @@ def geometric(positions: ArrayLike, iterations: int = 50) -> Circle:
     points, middle, scale = _normalised(positions)
     start = _hyper(points)
     a, d = start[0], start[3]
+    if 1 + 4 * a * d < _CENTRED:  # else no direction leads to the centre
+        d = (_CENTRED - 1) / (4 * a)
     turn = np.arctan2(start[2], start[1])
     x, z = points.T
     square = x**2 + z**2

@@ -38,16 +38,16 @@ class Promise:
         look = count is None or count % SOMETIMES == 0 or len(cloud) <= LOOKED
         return not look or self._missed([factor], cloud, budget) <= SURE
 
-    def broken_together(self, factors: Sequence[Factor], cloud: PointCloud, total: Budget) -> bool:
-        """Whether objects that are good enough each are not so together, as where they cancel.
+    def together(self, factors: Sequence[Factor], cloud: PointCloud, total: Budget) -> float:
+        """The relative error expected of objects together: more than of each where they cancel.
 
-        cloud : all their points
+        cloud : all their points; total : of all objects
         """
         kept = light_kept(factors, self.plane)
         # Where light adds up, so do the errors that each object was allowed.
         if total.relative <= SURE * self.tolerance * sqrt(kept):
-            return False
-        return self._missed(factors, cloud, total) > SURE
+            return total.relative / sqrt(kept) if kept > 0 else 0.0
+        return self.tolerance * self._missed(factors, cloud, total)
 
     def _missed(self, factors: Sequence[Factor], cloud: PointCloud, budget: Budget) -> float:
         """The error on some pixels, over the tolerance."""

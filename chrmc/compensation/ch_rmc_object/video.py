@@ -21,6 +21,7 @@ import numpy as np
 
 from chrmc.cgh import Method
 from chrmc.cgh.curved.interface import (
+    SURE,
     Budget,
     Factor,
     alone,
@@ -116,7 +117,7 @@ class _Maker:
         self._versions = 0
         self._patience = Patience()
         self._renderer = Renderer(slm, wavelength, self._window, coding)
-        self._whole: tuple[tuple[int, ...], _Track | None] = (), None
+        self._whole: tuple[tuple[int, ...], _Track | None, float] = (), None, 0.0
 
     def frames(self) -> Iterator[VideoFrame]:
         for number in self._numbers:
@@ -129,11 +130,8 @@ class _Maker:
 
     def _plain(self, number: int) -> VideoFrame:
         """A frame as without compensation: made, or refused, when it is asked for."""
-        made = none.frames(
-            self._scene, self._slm, self._wavelength, "curved", range(number, number + 1),
-            self._coding, tolerance=self._tolerance,
-        )  # fmt: skip
-        frame = next(made)
+        given = self._scene, self._slm, self._wavelength, "curved", range(number, number + 1)
+        frame = next(none.frames(*given, self._coding, tolerance=self._tolerance))
         why = "afresh: the low-rank form is not exact enough"
         frame.record.reuse = {obj.name: why for obj in frame.scene_frame.objects if len(obj.cloud)}
         return frame
@@ -156,8 +154,8 @@ class _Maker:
                 self._tracks[obj.name] = track  # last, as the latest that was made
             tracks.append(track)
             total += track.budget
-        tracks, total = self._together(tracks, scene_frame.cloud, record, total)
-        record.error_predicted = total.relative
+        tracks, error = self._together(tracks, scene_frame.cloud, record, total)
+        record.error_predicted = error
         names = {track.obj.name: track.version for track in tracks}
         still = {name: version for name, version in names.items() if name not in moved}
         objects = [(track.obj.name in still, track.factors) for track in tracks]
@@ -252,22 +250,24 @@ class _Maker:
 
     def _together(
         self, tracks: list[_Track], cloud: PointCloud, record: FrameRecord, total: Budget
-    ) -> tuple[list[_Track], Budget]:
-        """Tracks, or one for all where the light of several objects cancels."""
+    ) -> tuple[list[_Track], float]:
+        """Tracks, or one for all where the light of several objects cancels; and the relative error
+        expected of them."""
         if len(tracks) < 2:
-            return tracks, total
+            return tracks, total.relative
         versions = tuple(track.version for track in tracks)
-        known, whole = self._whole
+        known, whole, error = self._whole
         if known != versions:
             with record.stage("PA"):
                 factors = [factor for track in tracks for factor in track.factors]
-                cancels = self._promise.broken_together(factors, cloud, total)
+                error = self._promise.together(factors, cloud, total)
             whole = None
-            if cancels:
+            if error > SURE * self._tolerance:
                 obj = ObjectFrame("all objects", cloud)
                 whole = self._afresh(obj, record, "their sum is less exact than each")
-            self._whole = versions, whole
-        return (tracks, total) if whole is None else ([whole], whole.budget)
+                error = whole.budget.relative
+            self._whole = versions, whole, error
+        return (tracks if whole is None else [whole]), error
 
     def _room(self, name: str) -> int:
         """Complex numbers that an object's sphere may hold; others longest unseen make room."""

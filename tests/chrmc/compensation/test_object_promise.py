@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chrmc import SLM, WAVELENGTH, PointCloud, Pose, video
-from chrmc.cgh.curved.interface import Budget, low_rank, plane_of
+from chrmc.cgh.curved.interface import Budget, field_of, low_rank, plane_of
 from chrmc.compensation.ch_rmc_object.promise import Promise
 from chrmc.encoding import coding_for
 from chrmc.optics.passband import full_band
@@ -56,13 +56,17 @@ def test_objects_that_cancel_are_looked_at_together() -> None:
     factors = [low.factors[0] for low in made]
     for part in (factors[1].real, factors[1].imag):
         part *= np.float32(1.0005)  # little of each, much of what they leave
-    assert promise.broken_together(factors, both, total)
+    expected = promise.together(factors, both, total)
+    truth = reference_field(both, PANEL, WAVELENGTH)
+    made_together = field_of(factors, PANEL, WAVELENGTH, window)
+    assert expected > 1e-3
+    assert 0.5 < expected / relative_error(made_together, truth) < 2
     apart = [
         made[0].factors[0],
         low_rank(points(60, 2), PANEL, WAVELENGTH, window, band).factors[0],
     ]
     united = PointCloud.concatenate([one, points(60, 2)])
-    assert not promise.broken_together(apart, united, total)
+    assert promise.together(apart, united, total) == pytest.approx(total.relative, rel=0.3)
 
 
 @pytest.mark.parametrize("left", [1e-4, 1e-7])

@@ -34,6 +34,20 @@ def test_exact_arcs_give_their_circle(radius, start, step, count, x, z):
     assert found.rms < 1e-12
 
 
+@pytest.mark.parametrize("count", [3, 4, 5, 8, 12])
+def test_whole_turns_and_two_places_in_turn_divide_by_nothing(count):
+    """The circle's centre is the mean of the positions: no direction leads there from it."""
+    random = np.random.default_rng(count)
+    with np.errstate(all="raise", under="ignore"):
+        for _ in range(40):
+            centre, radius = random.random(2), random.uniform(0.1, 2)
+            found = geometric(arc(centre, radius, random.random(), 2 * np.pi / count, count))
+            assert found.radius == pytest.approx(radius, rel=1e-6)
+            assert found.centre == pytest.approx(centre, abs=1e-6 * radius)
+            back_and_forth = random.random((2, 2))[np.arange(count) % 2]
+            assert geometric(back_and_forth).rms < np.ptp(back_and_forth, axis=0).max()
+
+
 def test_straight_lines_and_single_places_are_lines():
     along = np.linspace(0, 1e-2, 9)
     for points in (
