@@ -1,6 +1,7 @@
 """Pictures through OpenImageIO, with every return value looked at: the one place that opens
 and writes them, and the reader of 8-bit grey ones."""
 
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -100,23 +101,43 @@ def write_grey(path: Path, levels: NDArray[np.uint8], *, new_folder: bool = True
 
 
 MOST_PIXELS = 1 << 28
-"""Of a picture: a header may claim any size, and memory is given on its word."""
+"""Of a picture, in all its channels: a header may claim any size, and memory is given on its
+word."""
+_PNG = b"\x89PNG\r\n\x1a\n"
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """A picture's OpenImageIO reader, closed in the end; OSError in one line."""
+    """A picture's OpenImageIO reader, closed in the end; OSError, or ValueError for one that is too
+    large, in one line."""
     import OpenImageIO as oiio
 
     if not path.is_file():
         raise FileNotFoundError(f"{path} is missing")
+    _check_png(path)
     source = oiio.ImageInput.open(file_name(path))
     if source is None:
         raise OSError(f"{path} cannot be read: {_line(oiio.geterror())[:160]}")
     try:
+        spec = source.spec()
+        if spec.width * spec.height * max(1, spec.depth) * spec.nchannels > MOST_PIXELS:
+            raise ValueError(f"{path} has {spec.width} × {spec.height} pixels: shrink it first")
         yield source
     finally:
         source.close()
+
+
+def _check_png(path: Path) -> None:
+    """OSError for a PNG that is damaged or cut short, of which libpng would print lines of its own:
+    every part of the file holds its checksum."""
+    with path.open("rb") as file:
+        kind = b"" if file.read(len(_PNG)) == _PNG else b"IEND"
+        while kind != b"IEND":
+            head = file.read(8)
+            kind = head[4:]
+            body = file.read(int.from_bytes(head[:4], "big"))
+            if file.read(4) != zlib.crc32(body, zlib.crc32(kind)).to_bytes(4, "big"):
+                raise OSError(f"{path} is damaged or cut short: write it again")
 
 
 def read_grey(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.uint8]:
@@ -126,8 +147,6 @@ def read_grey(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.ui
     """
     with opened(path) as source:
         spec = source.spec()
-        if spec.width * spec.height * spec.nchannels > MOST_PIXELS:
-            raise ValueError(f"{path} says it has {spec.width} × {spec.height} pixels: too many")
         if shape is not None and (spec.height, spec.width) != shape:
             raise ValueError(
                 f"{path} is {spec.width} × {spec.height} pixels; {shape[1]} × {shape[0]} are needed"

@@ -84,6 +84,8 @@ class FlipLog:
         """Add one line."""
         if self._file is not None:
             row = list(astuple(flip))
+            # A name may come from anybody: it must not end the line, and be text.
+            row[2] = "".join(c if c.isprintable() else "\ufffd" for c in flip.file)
             row[4] = f"{flip.time:.6f}"
             row[5] = "" if flip.interval is None else f"{flip.interval:.6f}"
             self._line(row)

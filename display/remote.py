@@ -116,7 +116,8 @@ class Remote:
         """(rows, columns, 3) bytes that the panel's part of the server's desktop shows."""
         answer, data = self._ask({"do": "read"})
         with self._understood():
-            return np.frombuffer(data, dtype=np.uint8).reshape(answer["shape"])
+            rows, columns, channels = answer["shape"]
+            return np.frombuffer(data, dtype=np.uint8).reshape(rows, columns, channels)
 
     @contextmanager
     def _understood(self) -> Iterator[None]:

@@ -111,7 +111,7 @@ class Server:
         while not self._stopped:
             if welcome and not self._waits(connection):
                 return
-            got = receive(connection, self._limit if welcome else 0)
+            got = receive(connection, self._limit if welcome else 0, _PATIENCE)
             if got is None:
                 return
             message, payload = got
@@ -198,10 +198,11 @@ def frame_of(message: dict[str, Any], payload: bytes, shape: tuple[int, int]) ->
 
 
 def _unpacked(payload: bytes, shape: tuple[int, int]) -> NDArray[np.uint8]:
-    from PIL import Image
+    from PIL.PngImagePlugin import PngImageFile
 
     try:
-        with Image.open(BytesIO(payload), formats=["PNG"]) as picture:
+        # Not by Image.open, which warns of a size that is refused here anyway.
+        with PngImageFile(BytesIO(payload)) as picture:
             if picture.mode != "L" or picture.size != (shape[1], shape[0]):
                 raise ValueError(
                     f"the PNG is {picture.size[0]} × {picture.size[1]}, mode {picture.mode}: 8-bit "

@@ -11,6 +11,7 @@ asked for, or false with an "error" in words. docs/remote.md lists them.
 import json
 import socket
 import struct
+import time
 from typing import Any
 
 HEADER_LIMIT = 65_536
@@ -31,20 +32,24 @@ def send(connection: socket.socket, message: dict[str, Any], payload: bytes = b"
         connection.sendall(payload)
 
 
-def receive(connection: socket.socket, limit: int) -> tuple[dict[str, Any], bytes] | None:
+def receive(
+    connection: socket.socket, limit: int, seconds: float = float("inf")
+) -> tuple[dict[str, Any], bytes] | None:
     """The next message and its payload; None where the other side has closed.
 
     limit : bytes of payload that are taken; a longer one raises Broken before anything of it is
         read
+    seconds : for the JSON, in all: one byte now and then would keep others out for hours
     """
-    start = _read(connection, _LENGTH.size, may_end=True)
+    end = time.monotonic() + seconds
+    start = _read(connection, _LENGTH.size, end, may_end=True)
     if start is None:
         return None
     (length,) = _LENGTH.unpack(start)
     if not 2 <= length <= HEADER_LIMIT:
         raise Broken(f"a message of {length} bytes: the first 4 bytes are the length of its JSON")
     try:
-        message = json.loads(_read(connection, length) or b"")
+        message = json.loads(_read(connection, length, end) or b"")
     except (ValueError, RecursionError) as error:
         raise Broken(f"what should be JSON is not: {str(error)[:100]}") from None
     if not isinstance(message, dict):
@@ -57,9 +62,13 @@ def receive(connection: socket.socket, limit: int) -> tuple[dict[str, Any], byte
     return message, (_read(connection, count) or b"") if count else b""
 
 
-def _read(connection: socket.socket, count: int, may_end: bool = False) -> bytes | None:
+def _read(
+    connection: socket.socket, count: int, end: float = float("inf"), may_end: bool = False
+) -> bytes | None:
     held = bytearray()
     while len(held) < count:
+        if time.monotonic() > end:
+            raise Broken(f"{len(held)} of {count} bytes came in time: send a message at once")
         part = connection.recv(min(count - len(held), 1 << 20))
         if not part:
             if may_end and not held:

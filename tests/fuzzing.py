@@ -26,6 +26,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -34,6 +35,7 @@ import chrmc
 import display
 import reconstruct
 from chrmc.cli.main import COMMANDS as COMMAND_MODULES
+from chrmc.cli.main import group
 
 SECONDS, MEGABYTES = 40, 3000
 """Of processor time, which other programs do not change, and beyond what is loaded already."""
@@ -61,47 +63,33 @@ WORDS = [
 ]  # fmt: skip
 PANEL = ["--slm", "192x120:81um"]
 FRESH = ["--cgh", "fresnel", "--compensation", "none"]
-COMMANDS: dict[str, list[str]] = {
-    "generate": ["--out", "--cgh", "--compensation", "--surface", "--tolerance", "--frames",
-                 "--encoding", "--form", "--slm", "--wavelength", "--gamma", "--response", "--set",
-                 "--check-pixels", "--group", "--png", "--force"],
-    "scene": ["--out", "--frames", "--force"],
-    "check": ["--frames", "--depth-tolerance", "--lateral-tolerance", "--truth", "--json",
-              "--metrics", "--plot", "--scene"],
-    "reconstruct": ["--frame", "--depth", "--follow", "--depths", "--all", "--frames", "--out",
-                    "--format", "--preview", "--rate", "--width", "--gamma", "--full-scale",
-                    "--camera", "--energy", "--focal1", "--lens1", "--aperture", "--dc-block",
-                    "--filter-image", "--tilt", "--waist", "--fill-factor", "--aberration"],
-    "panorama": ["--out", "--frames", "--full-scale"],
-    "play": ["--frames", "--rate", "--log", "--windowed", "--response", "--on-bad-frame"],
-    "pattern": ["--out", "--depth", "--at", "--encoding", "--wavelength", "--period", "--angle",
-                "--size", "--count", "--thickness", "--level", "--low", "--high", "--slm"],
-    "bench-sheet": ["--frame", "--focal1", "--focal2", "--slm", "--wavelength", "--form"],
-    "live": ["--frames", "--cgh", "--tolerance", "--slm", "--ahead", "--set"],
-    "sweep": ["--folder", "--plot", "--out", "--keep-videos", "--force"],
-}  # fmt: skip
-FLAGS = {
-    "--png",
-    "--force",
-    "--keep-videos",
-    "--truth",
-    "--json",
-    "--metrics",
-    "--all",
-    "--energy",
-    "--windowed",
-}
-USUAL = {
+COLOURS = [*PANEL, *FRESH, "--wavelength", "638nm,532nm,450nm", "--frames", "1:1"]
+TRADEOFF = ["tradeoff", "scene", *PANEL, "--points", "5", "--rounds", "1", "--frames", "1",
+            "--no-images", "--limit", "0.1", "--out", "tradeoff"]  # fmt: skip
+MODELS = ["cloud.csv", "cloud.npz", "box.obj", "box.glb", "box.ply", "box.stl", "seen.png"]
+WAITING = {"--help", "--loop", "--start-on", "--countdown", "--workers", "--scheduler", "--serial",
+           "--udp", "--camera", "--monitor", "--windowed", "--verify-screen", "--identify",
+           "--follow", "--minutes", "--limit", "--endure"}  # fmt: skip
+"""Options that wait, that need a device, or that ask for hours of work."""
+USUAL: dict[str, list[str]] = {
     "generate": ["scene", "--out", "v", "--frames", "1:1", *PANEL, "--compensation", "none"],
     "scene": ["car-house", "--out", "s", "--frames", "1:1"],
+    "inspect": ["world.toml", *PANEL],
+    "plan": ["world.toml", *PANEL],
     "check": ["video"],
     "reconstruct": ["video", "--frame", "1", "--depth", "252mm", "--out", "o.png"],
+    "montage": ["video", "--out", "m.png"],
     "panorama": ["video", "--out", "p.png"],
-    "play": ["video", "--headless"],
+    "play": ["video", "--headless", "--fps", "1000"],
     "pattern": ["point", "--out", "p.png", *PANEL],
     "bench-sheet": ["car-house"],
     "live": ["scene", "--headless", "--frames", "1:1", *PANEL, "--compensation", "none"],
     "sweep": ["r.toml"],
+    "calibrate-response": ["--csv", "readings.csv", "--out", "fit.csv"],
+    "bench propagation": ["video", "--frame", "1", "--depth", "252mm", "--pixels", "3"],
+    "bench encodings": ["scene", *PANEL],
+    "bench tradeoff": [*TRADEOFF],
+    "bench rmc": ["car-house", *PANEL, "--frames", "1:2"],
 }
 ON_FILES = [
     ["generate", "scene", "--out", "v", *PANEL],
@@ -109,25 +97,99 @@ ON_FILES = [
     ["check", "video"],
     ["reconstruct", "video", "--frame", "1", "--depth", "252mm", "--out", "o.png"],
     ["panorama", "video", "--out", "p.png"],
+    ["montage", "video", "--out", "m.png"],
     ["play", "video", "--headless"],
     ["play", "video/frame_0001.tif", "--headless", *PANEL],
     ["generate", "scene", "--out", "video", *PANEL, *FRESH],
     ["generate", "scene", "--out", "v", "--frames", "1:1", *PANEL, "--response", "grey.csv"],
     ["sweep", "r.toml"],
+    ["sweep", "r.toml", "--plot", "seconds,error", "--out", "plot.png"],
+    ["check", "colours"],
+    ["play", "colours", "--headless"],
+    ["reconstruct", "colours", "--frame", "1", "--depth", "252mm", "--out", "o.png"],
+    ["montage", "colours", "--out", "m.png"],
+    ["generate", "scene", "--out", "colours", *COLOURS],
+    ["inspect", "world.toml", *PANEL],
+    ["generate", "world.toml", "--out", "v", "--frames", "1:1", *PANEL],
+    ["scene", "world.toml", "--out", "copy.toml", *PANEL],
+    *(["inspect", name, *PANEL] for name in MODELS),
+    ["generate", "recording", "--out", "v", "--frames", "1:1", *PANEL],
+    ["pattern", "point", "--out", "p.png", "--slm", "panel.toml"],
+    ["calibrate-response", "--csv", "readings.csv", "--out", "fit.csv", "--plot", "fit.png"],
+    ["bench", *TRADEOFF],
+    ["bench", *TRADEOFF, "--draw-only"],
 ]  # fmt: skip
 
 
+def options_of(words: str) -> list[click.Option]:
+    """The options of a command, as it declares them."""
+    found: click.Command = group
+    for word in words.split():
+        assert isinstance(found, click.Group)
+        inner = found.get_command(click.Context(found), word)
+        assert inner is not None
+        found = inner
+    options = [p for p in found.params if isinstance(p, click.Option)]
+    return [p for p in options if not WAITING & set(p.opts)]
+
+
 def prepared(folder: Path) -> None:
-    """A scene, a video and a table that are as they should be."""
-    run_quietly(["scene", "car-house", "--out", str(folder / "scene"), "--frames", "1:2"])
-    video = ["--out", str(folder / "video")]
-    run_quietly(["generate", str(folder / "scene"), *video, *PANEL, *FRESH])
-    (folder / "r.toml").write_text(
+    """Scenes of all kinds, videos, tables and records that are as they should be."""
+    os.chdir(folder)
+    run_quietly(["scene", "car-house", "--out", "scene", "--frames", "1:2"])
+    run_quietly(["generate", "scene", "--out", "video", *PANEL, *FRESH])
+    run_quietly(["generate", "scene", "--out", "colours", *COLOURS])
+    Path("r.toml").write_text(
         'scenes = ["scene"]\nmethods = ["fresnel", { cgh = "wrp", set = { planes = 1 } }]\n'
         'tolerances = [1e-2]\nencodings = "ssb"\nslms = ["192x120:81um"]\nframes = "1:1"\n'
         "check = [1]\nwavelength = 532e-9\ncheck_pixels = 16\n"
     )
-    (folder / "grey.csv").write_text("grey,intensity\n0,0.01\n64,0.1\n128,0.4\n255,1\n")
+    run_quietly(["sweep", "r.toml"])
+    Path("grey.csv").write_text("grey,intensity\n0,0.01\n64,0.1\n128,0.4\n255,1\n")
+    grey = np.arange(0, 256, 5)
+    Path("readings.csv").write_text(
+        "grey,intensity\n" + "".join(f"{g},{g**2 / 255 + 3:.3f}\n" for g in grey)
+    )
+    Path("panel.toml").write_text('name = "own"\nwidth = 192\nheight = 120\npixel_pitch = "81um"\n')
+    models()
+    run_quietly(["bench", *TRADEOFF])
+
+
+def models() -> None:
+    """Files of other programs, and a scene.toml of some of them."""
+    import trimesh
+    from PIL import Image
+
+    rng = np.random.default_rng(1)
+    places, seen = rng.normal(0, 1, (30, 3)), rng.integers(1, 255, (24, 32, 3), dtype=np.uint8)
+    np.savetxt("cloud.csv", places, delimiter=",", header="x,y,z", comments="")
+    np.savez("cloud.npz", positions=places, intensity=np.ones(30))
+    Image.fromarray(seen).save("seen.png")
+    corners = trimesh.creation.box()
+    for kind in ("glb", "ply", "stl"):
+        corners.export(f"box.{kind}")
+    Path("box.mtl").write_text("newmtl a\nmap_Kd seen.png\n")
+    Path("box.obj").write_text(
+        "mtllib box.mtl\nusemtl a\nvt 0 0\nvt 1 0\nvt 0 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\n"
+        "v 0 0 1\nf 1/1 2/2 3/3\nf 1/1 2/2 4/3\nf 2/1 3/2 4/3\nf 3/1 1/2 4/3\n"
+    )
+    Path("track.csv").write_text(
+        "time,x,y,z,qx,qy,qz,qw\n0,0,0,1,0,0,0,1\n0.1,0.1,0,1,0,0.1,0,0.99\n"
+    )
+    Path("world.toml").write_text(
+        "frames = 3\nrate = 30\npoints = 200\nlamp = [0, -1, -1]\nambient = 0.2\n"
+        '[[object]]\nfile = "box.obj"\nsize = 1e-3\nplace = [0, 0, 0.25]\nturn = [0, 20, 0]\n'
+        'motion = { kind = "poses", file = "track.csv", scale = 1e-4 }\n'
+        '[[object]]\ntext = "A"\nplace = [1e-3, 0, 0.26]\n'
+        'motion = { kind = "turntable", degrees = 6, axis = [0, 1, 0] }\n'
+    )
+    for name in ("rgb", "depth"):
+        Path("recording", name).mkdir(parents=True)
+    Image.fromarray(seen).save("recording/rgb/1.png")
+    Image.fromarray(seen[:, :, 0].astype(np.uint16) + 1000).save("recording/depth/1.png")
+    Path("recording/camera.json").write_text(
+        '{"fx": 30, "fy": 30, "cx": 16, "cy": 12, "depth_scale": 1000}'
+    )
 
 
 def prepared_apart(folder: Path) -> None:
@@ -160,20 +222,21 @@ def warm() -> None:
 
 
 def run_quietly(arguments: list[str]) -> None:
-    from chrmc.cli.main import group
-
     group.main(arguments, standalone_mode=False)
 
 
 def cli_case(rng: random.Random) -> Case:
     """A command with one to three options at odds."""
-    command = rng.choice(list(COMMANDS))
-    arguments = [command, *USUAL[command]]
+    command = rng.choice(list(USUAL))
+    arguments = [*command.split(), *USUAL[command]]
     for _ in range(rng.choice([1, 1, 1, 2, 3])):
-        option = rng.choice(COMMANDS[command])
-        arguments += [option] if option in FLAGS else [option, rng.choice(WORDS)]
+        option = rng.choice(options_of(command))
+        arguments.append(option.opts[0])
+        if not option.is_flag:
+            right = list(option.type.choices) if isinstance(option.type, click.Choice) else []
+            arguments.append(rng.choice(right if right and rng.random() < 0.5 else WORDS))
     if rng.random() < 0.1:
-        arguments[1] = rng.choice(WORDS)
+        arguments[rng.randrange(len(arguments))] = rng.choice(WORDS)
     return {"kind": "cli", "arguments": arguments, "files": {}}
 
 
@@ -184,7 +247,9 @@ def file_case(rng: random.Random, folder: Path) -> Case:
     name = str(path.relative_to(folder))
     content = path.read_bytes()
     spoil = spoiled_json if path.suffix == ".json" and rng.random() < 0.8 else spoiled_bytes
-    fitting = [a for a in ON_FILES if any(word.split("/")[0] == name.split("/")[0] for word in a)]
+    fitting = [a for a in ON_FILES if name.split("/")[0] in {word.split("/")[0] for word in a}]
+    if not fitting:  # what a scene.toml names
+        fitting = [a for a in ON_FILES if "world.toml" in a]
     spoilt = spoil(rng, content)
     files = {name: base64.b64encode(spoilt).decode()}
     return {"kind": "cli", "arguments": rng.choice(fitting), "files": files}

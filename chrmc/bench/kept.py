@@ -1,11 +1,12 @@
 """Rows of a long bench that are done, kept in a file."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from chrmc.files import read_json, write_json
+from chrmc.ranges import real
 
 
 class Row(Protocol):
@@ -19,6 +20,19 @@ class Row(Protocol):
 
 
 Kind = TypeVar("Kind", bound=Row)
+
+
+def _row(kind: type[Kind], content: dict[str, Any]) -> Kind:
+    """A row of text and finite numbers; ValueError or TypeError for anything else."""
+    row = kind(**content)
+    for one in fields(row):
+        value = getattr(row, one.name)
+        if one.type == "str" or one.type is str:
+            if not isinstance(value, str):
+                raise TypeError
+        else:
+            real(one.name, value)
+    return row
 
 
 class KeptRows(Generic[Kind]):
@@ -38,8 +52,8 @@ class KeptRows(Generic[Kind]):
             return
         stored = read_json(path, "record of a bench")
         try:
-            before, rows = stored["made_with"], [kind(**row) for row in stored["rows"]]
-        except (KeyError, TypeError):
+            before, rows = list(stored["made_with"]), [_row(kind, row) for row in stored["rows"]]
+        except (KeyError, TypeError, ValueError):
             raise ValueError(f"{path} is no record of a bench: remove it") from None
         if anew:
             return

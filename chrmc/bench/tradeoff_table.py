@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from chrmc.files import replacing, still_there
+from chrmc.files import read_text, replacing, still_there
+from chrmc.ranges import Count
 
 
 @dataclass
@@ -75,6 +76,8 @@ def mark_front(entries: Iterable[Entry]) -> None:
             least = min(least, entry.error)
 
 
+KINDS = ("cgh", "video")
+RUNS = Count("runs", 0, 1_000_000)
 _REMEDY = "choose another --out, or replace it with --force"
 COLUMNS = (
     "scene", "kind", "method", "setting", "points", "seconds", "error", "predicted", "psnr_db",
@@ -112,12 +115,17 @@ def from_csv(text: str) -> list[Entry]:
 
 def _entry(row: dict[str, str]) -> Entry:
     def number(name: str) -> float | None:
-        return float(row[name]) if row[name] else None
+        value = float(row[name]) if row[name] else None
+        if value is not None and np.isnan(value):
+            raise ValueError(f"{name} is no number")
+        return value
 
-    time, error = number("seconds"), number("error")
+    if not row["scene"].strip() or row["kind"] not in KINDS:
+        raise ValueError(f"a row of scene {row['scene']!r} and kind {row['kind']!r}")
+    time, error, runs = number("seconds"), number("error"), RUNS.of(int(row["runs"]))
     return Entry(
         row["scene"], row["kind"], row["method"], row["setting"], int(row["points"]),
-        [] if time is None else [time] * int(row["runs"]), [] if error is None else [error],
+        [] if time is None else [time] * runs, [] if error is None else [error],
         number("predicted"), number("psnr_db"), row["refused"], row["front"] == "1",
         number("reckoned"), int(row["pixels"]), row["note"],
     )  # fmt: skip
@@ -165,8 +173,8 @@ class Table:
 def read_table(path: Path) -> tuple[list[str], list[Entry]]:
     """What a stored table was made with, and its entries; ValueError where it is no such table."""
     try:
-        first, _, rest = path.read_text(encoding="utf-8").partition("\n")
-    except UnicodeDecodeError:
+        first, _, rest = read_text(path).partition("\n")
+    except ValueError:
         first, rest = "", ""
     if not first.startswith("# "):
         raise ValueError(f"{path} is no trade-off's table: {_REMEDY}")

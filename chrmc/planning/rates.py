@@ -21,7 +21,7 @@ import numpy as np
 from threadpoolctl import threadpool_info
 
 from chrmc.cgh.counts import KINDS, Rates, product
-from chrmc.files import replacing
+from chrmc.files import read_json, replacing
 from chrmc.threads import ONE_BLAS_THREAD, workers
 
 SECONDS, BRIEF = 8.0, 0.8
@@ -68,7 +68,7 @@ def machine_rates() -> Rates:
 def kept_rates() -> Rates | None:
     """The rates on disk, if they are there and whole."""
     try:
-        rates = Rates(**json.loads(rates_file().read_text("utf-8")))
+        rates = Rates(**read_json(rates_file(), "record of rates"))
         values = [*rates.alone.values(), *rates.together.values(), rates.threads]
         whole = set(rates.alone) == set(rates.together) == set(KINDS)
         return rates if whole and all(0 < v < 1e18 for v in values) else None

@@ -1,9 +1,8 @@
 """What was opened lately: a short list in the user's own folder for such things."""
 
-import json
 from pathlib import Path
 
-from chrmc.files import write_json
+from chrmc.files import read_json, write_json
 
 LENGTH = 10
 
@@ -18,7 +17,7 @@ def recent_file() -> Path:
 def read_recent(file: Path) -> list[Path]:
     """The paths that are still there, newest first; none when the list cannot be read."""
     try:
-        held = json.loads(file.read_text(encoding="utf-8"))
+        held = read_json(file, "list")
         return [Path(p) for p in held if isinstance(p, str) and Path(p).exists()]
     except (OSError, ValueError, TypeError):
         return []

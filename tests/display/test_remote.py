@@ -1,5 +1,6 @@
 """A panel on the network: the same methods, and nothing that a stranger sends can hurt it."""
 
+import contextlib
 import gc
 import json
 import os
@@ -11,6 +12,8 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
+import zlib
 from io import BytesIO
 
 import numpy as np
@@ -394,3 +397,43 @@ def test_what_answers_is_no_panel(answers):
                 np.zeros((3, 4), np.uint8)
             )
         thread.join(240)
+
+
+@pytest.mark.parametrize("name", ["\ud800", "a\nb", "\x00", "\u2028"])
+def test_a_name_from_anybody_is_part_of_one_line_of_the_log(name, tmp_path):
+    with display.Screen(headless=True, slm=PANEL, log=tmp_path / "f.csv") as screen:
+        screen.show(noise(), "good")
+        screen.show(noise(), f"<{name}>")
+    lines = (tmp_path / "f.csv").read_text().split("\n")
+    assert len(lines) == 4
+    assert lines[2].split(",")[:2] == ["2", "2"] and "<" in lines[2]
+
+
+def test_a_picture_that_is_too_large_is_refused_without_a_warning(served):
+    _, address, _ = served
+    head = struct.pack(">IIBBBBB", 12_000, 12_000, 8, 0, 0, 0, 0)
+    part = b"IHDR" + head
+    png = b"\x89PNG\r\n\x1a\n" + struct.pack(">I", len(head)) + part
+    png += struct.pack(">I", zlib.crc32(part)) + struct.pack(">I", 0) + b"IDAT"
+    png += struct.pack(">I", zlib.crc32(b"IDAT"))
+    with dial(address) as connection, warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        connection.sendall(raw_message({"do": "hello"}))
+        assert raw_answer(connection)["ok"]
+        request = {"do": "show", "format": "png", "bytes": len(png)}
+        connection.sendall(raw_message(request, png))
+        assert "12000 × 12000" in raw_answer(connection)["error"]
+    assert not told
+
+
+def test_who_sends_a_byte_now_and_then_does_not_keep_the_panel(served, monkeypatch):
+    _, address, told = served
+    monkeypatch.setattr("display.serve._PATIENCE", 0.5)
+    with dial(address) as slow:
+        slow.sendall(struct.pack(">I", 60_000))
+        end = time.monotonic() + 240
+        with contextlib.suppress(OSError):  # it hung up
+            while time.monotonic() < end and not any("in time" in line for line in told):
+                slow.sendall(b" ")
+                time.sleep(0.02)
+    assert any("in time" in line for line in told)

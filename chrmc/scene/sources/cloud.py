@@ -202,7 +202,8 @@ def load_arrays(path: Path) -> dict[str, NDArray[Any]]:
     if not path.is_file():
         raise FileNotFoundError(f"{path} is missing")
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        # NumPy leaves a file open that it opened and cannot read.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             size = sum(part.file_size for part in stored.zip.infolist())
             if size > MOST_BYTES:
                 raise OSError(

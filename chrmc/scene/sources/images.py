@@ -7,15 +7,11 @@ from numpy.typing import NDArray
 
 from chrmc.pictures import opened
 
-MOST_PIXELS = 100_000_000
-
 
 def read_samples(path: Path) -> NDArray[np.unsignedinteger]:
     """(H, W, C) of 8 or 16 bits; OSError or ValueError in one line."""
     with opened(path) as source:
         spec = source.spec()
-        if spec.width * spec.height > MOST_PIXELS:
-            raise ValueError(f"{path} has {spec.width} × {spec.height} pixels: shrink it first")
         kind = "uint16" if str(spec.format) == "uint16" else "uint8"
         pixels = source.read_image(kind)
         if pixels is None:

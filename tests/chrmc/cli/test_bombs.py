@@ -134,3 +134,35 @@ def test_the_bombs_are_what_they_say(tmp_path: Path) -> None:
     write_pixels(tmp_path / "c.exr", np.zeros((4, 4, 1)), "float", names=["Y"])
     exr_bomb(tmp_path / "c.exr")
     assert (tmp_path / "c.exr").stat().st_size < 10_000
+
+
+@pytest.mark.parametrize("how", ["cut short", "a bit turned"])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["play", "video/frame_0001.png", "--headless"],
+        ["generate", "video/frame_0001.png", "--out", "v", "--slm", "192x120:81um"],
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_damaged_png_is_one_line(
+    arguments: list[str],
+    how: str,
+    good: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """Also of what libpng says on its own."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "video").mkdir()
+    path = tmp_path / "video" / "frame_0001.png"
+    write_pixels(path, np.full((120, 192, 1), 9, np.uint8), "uint8")
+    content = bytearray(path.read_bytes())
+    content[-20] ^= how == "a bit turned"
+    path.write_bytes(content[: -15 if how == "cut short" else None])
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    told = capfd.readouterr().err
+    assert ended.value.code == 2 and told.count("\n") == 1, told
+    assert "is damaged or cut short" in told

@@ -114,8 +114,9 @@ def test_rates_are_measured_kept_and_measured_anew_elsewhere(
     made = rates.calibrate(0.02)
     assert rates.kept_rates() == made and set(made.alone) == set(KINDS)
     assert all(made.together[kind] <= made.alone[kind] for kind in KINDS)
-    file.write_text("{}")
-    assert rates.kept_rates() is None
+    for damaged in ("{}", "[" * 100_000):
+        file.write_text(damaged)
+        assert rates.kept_rates() is None
     monkeypatch.setenv("CHRMC_THREADS", "7")
     assert rates.rates_file() != file
 

@@ -186,6 +186,13 @@ def test_opening_another_and_what_cannot_be_opened(session, video, tmp_path):
     session.model.settle()
 
 
+def test_a_list_of_what_was_opened_that_is_damaged_is_begun_anew(video, tmp_path):
+    for damaged in ("[" * 100_000, "{", "3", '["a\\u0000", null]'):
+        (tmp_path / "r.json").write_text(damaged)
+        note_recent(tmp_path / "r.json", video)
+        assert read_recent(tmp_path / "r.json") == [video.resolve()]
+
+
 def test_any_picture_opens_as_its_panel_says(video, tmp_path):
     from chrmc import SLM
 
