@@ -18,7 +18,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from chrmc.optics.footprint import reach, taper
+from chrmc.optics.footprint import reach, shown_from, taper
 from chrmc.optics.passband import Passband
 from chrmc.optics.resolution import depth_of_focus, resolution
 from chrmc.scene.points import PointCloud
@@ -62,9 +62,8 @@ def light_left(
         t = apart[:, axis] / fine[axis]
         ends = np.cos(np.pi / 2 * np.clip(t / _RESOLUTIONS, -1, 1)) ** 2
         overlap *= np.sinc(t) * ends
-        half, far = pixels * slm.pixel_pitch / 2, z * reach(wavelength, f_max)
-        at = middle[:, axis]
-        middle[:, axis] = (np.maximum(at - far, -half) + np.minimum(at + far, half)) / 2
+        half = pixels * slm.pixel_pitch / 2
+        middle[:, axis] = shown_from(middle[:, axis], z, half, wavelength, f_max)
     near_to, far_from = (
         np.sqrt(((p.positions[:, :2] - middle) ** 2).sum(axis=1) + p.positions[:, 2] ** 2)
         for p in (one, two)

@@ -26,6 +26,8 @@ MOST_CELLS = 32
 """Cells across the longer side of an object; larger objects get larger cells."""
 DARK_CELLS = 2
 """Cells without light around the object, where a right picture is dark."""
+FEW_CELLS = 6
+"""Objects of fewer lit cells have no shape to judge."""
 MIXED = 0.2
 """Share of the light, in cells deeper than the depth of focus, from which layers are kept."""
 MOST_LAYERS = 32
@@ -54,6 +56,17 @@ class LightMap:
     spread: NDArray[np.float64]
     layers: NDArray[np.float64] | None = None
     ends: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def lit(self) -> NDArray[np.bool_]:
+        """(rows, columns) cells that count as the object's."""
+        bright: NDArray[np.bool_] = self.light > self.light.max() / 50
+        return bright
+
+    @property
+    def shaped(self) -> bool:
+        """Whether there are cells enough to judge a shape by."""
+        return int(np.count_nonzero(self.lit)) >= FEW_CELLS
 
     @property
     def layer_depths(self) -> NDArray[np.float64]:

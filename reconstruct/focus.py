@@ -52,7 +52,7 @@ class Focus:
     tile_depth, tile_light : (m, n) each tile's depth (NaN where it has no peak) and focused light
     focused : whether something comes into focus, which noise does not
     method : "tiles" where they agree on a depth; "region" where only the whole region has one,
-        and front and rear are unknown; by the scene's map of light "cells", or "outlines" where
+        and front and rear are unknown; by the scene's map of light "cells", or "rim" where
         all is speckle
     """
 

@@ -37,8 +37,6 @@ GAIN = 2.0
 SHALLOW = 0.1
 """Least relief, as a standard deviation over the larger depth of focus, of which a factor can be
 told: that of a car of 0.14 mm at 250 mm is 0.2."""
-FEW_CELLS = 6
-"""Objects of fewer lit cells have no shape to judge."""
 CLEAR = 0.2
 """Least share of the light in cells of one depth, for the cells to tell depths."""
 SHARP = 5.0
@@ -131,7 +129,7 @@ def compare(
     finer = finer or depth_of_focus
     middle = float((light * expected.depth).sum())
     relief = expected.depth - middle
-    told = int(np.count_nonzero(light > light.max() / 50)) >= FEW_CELLS
+    told = expected.shaped
     offsets = cells.depths - cells.depths[len(cells.depths) // 2]
     if expected.layers is None:
         # A cell with light at several depths is sharp at any of them; the relief is told by cells
@@ -152,7 +150,7 @@ def compare(
     shift = error if clear and np.isfinite(error) and height >= SHARP else 0.0
     found = at_depths(cells.light, cells.depths, expected.depth + shift)
     factor, scatter, gain = float("nan"), float("inf"), 0.0
-    # Cells that hardly tell the depth (see `outline`) do not tell the relief.
+    # Cells that hardly tell the depth (see `spill`) do not tell the relief.
     if clear and size > SHALLOW * depth_of_focus and height >= 2 * SHARP:
         factor, scatter = stretch_of(partial(how_deep, offset=shift), light)
         # What overlaps may look alike at two stretches.

@@ -39,7 +39,7 @@ def target_stack(
     field_: NDArray[np.complex64], system: FourF, target: Target, pixel_pitch: float
 ) -> tuple[FocalStack, int, int]:
     """Focal stack of a target's region, and in samples the side of the focus's tiles (two scene
-    pixels, three resolutions at least) and of the cells of its map of light.
+    pixels, three resolutions at least; of a speck a cell) and of the cells of its map of light.
 
     Samples are the SLM's pixels, or half the resolution where that is coarser.
     """
@@ -51,6 +51,8 @@ def target_stack(
     parts = max(4, round(cell / max(p, min(fine) / 2)))
     pitch = cell / parts
     tile = max(4, round(max(2 * pixel_pitch, 3 * float(np.mean(fine))) / pitch))
+    if light is not None and not light.shaped:
+        tile = parts  # a speck stands in the middle of a cell, and may at a tile's border
     if light is None:
         patch = patch_around(target.low, target.high, pitch, margin=tile * pitch, even=tile)
     else:

@@ -16,16 +16,18 @@ from reconstruct.focus import Focus, brightness_at, cells_of, find_focus, focus_
 from reconstruct.focus_metrics import METRICS
 from reconstruct.four_f_system import FourF, power
 from reconstruct.likeness import ALIKE, SHARP, Likeness, compare, dimmed, light_of
-from reconstruct.outline import outline_error
 from reconstruct.outshone import NOTHING, Shares, shares_of
 from reconstruct.region import search_scale, target_stack
+from reconstruct.spill import spill_error
 from reconstruct.stack import FocalStack, brightness, focal_stack
 from reconstruct.target import Target
 
 DEPTH_TOLERANCE = 0.5e-3
 """Metres between found and expected depth that pass."""
-OWN_LIGHT = 0.3
-"""Least share of the light that is the objects' own: with less, noise has twice theirs and more."""
+OWN_LIGHT = 0.5
+"""Least share of the light that is the objects' own: with less, noise has more than they have."""
+OWN_NOISE = 0.12
+"""The same where grey levels bring noise of their own: right binary frames came down to 0.12."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,9 +182,9 @@ def judge_object(
     field_ : (H, W) from `system.field(frame)`
     pixel_pitch : of the scene, metres
     depth_tolerance : metres, default 0.5 mm, or half the depth of focus where that is more, and
-        two standard errors where the depth is the mean of a few tiles'
+        two standard errors where the depth is told by a few tiles or by the rim
     lateral_tolerance : metres, default a scene pixel, or a resolution or an eighth of a
-        cell of the map where that is more
+        cell of the map where that is more; a quarter of its size more where it has no shape
     truth : (H, W) field of the scene itself, for PSNR and SSIM
     with_metrics : also find where published focus metrics peak
     shares : what part of the light is the target's, as the scene has it
@@ -196,7 +198,7 @@ def judge_object(
     coarse, finer = search_scale(target, system)
     focus = find_focus(stack, tile, lit_by, max(1.0, fine / stack.patch.pitch))
     limit = max(DEPTH_TOLERANCE, coarse / 2) if depth_tolerance is None else depth_tolerance
-    shape, share, cell = None, None, 0.0
+    shape, share, cell, error = None, None, 0.0, focus.error
     if target.light is not None:
         cell = target.light.cell
         # What the panel does not show of a cell is no fault of the picture: less is expected there.
@@ -208,30 +210,33 @@ def judge_object(
         # two depths have two peaks.
         unclear = focus.method == "region" or 0 < shape.sharpness < 2 * SHARP
         unclear |= 2 * shape.depth_scatter > limit
-        if unclear and shape.told and shape.picture >= ALIKE:
-            off, scatter = outline_error(stack, seen, parts, max(1.0, fine / stack.patch.pitch))
+        if unclear and shape.picture >= ALIKE:
+            off, scatter = spill_error(stack, seen, system)
         # Whichever of the two tells the depth more surely, by its own standard error.
-        if np.isfinite(off) and scatter <= shape.depth_scatter:
-            focus = replace(focus, depth=z + off, focused=True, method="outlines")
-        elif shape.sharpness >= SHARP or np.isfinite(off):
+        if np.isfinite(off) and (scatter <= shape.depth_scatter or shape.sharpness < SHARP):
+            focus = replace(focus, depth=z + off, focused=True, method="rim")
+            error = min(scatter, limit / 2)
+        elif shape.sharpness >= SHARP:
             focus = replace(focus, depth=z + shape.depth_error, focused=True, method="cells")
+            error = 0.0
     depth_error = focus.depth - z
     if shape is not None and total > 0:
         light = light_of(cells, seen, np.nan_to_num(depth_error))
         share = light * (stack.patch.pitch / system.slm.pixel_pitch) ** 2 / total
     lateral = (focus.position[0] - x, focus.position[1] - y)
+    sideways = max(pixel_pitch, fine, cell / 8)
     if shape is not None and shape.told:
         lateral = shape.lateral_error
+    elif shape is not None:  # a speck is a few speckles, some brighter by chance
+        sideways += float((target.high - target.low)[:2].max()) / 4
     found = ObjectVerdict(
         target.name,
         target,
         focus,
         depth_error,
         lateral,
-        depth_tolerance=limit + (2 * focus.error if depth_tolerance is None else 0.0),
-        lateral_tolerance=max(pixel_pitch, fine, cell / 8)
-        if lateral_tolerance is None
-        else lateral_tolerance,
+        depth_tolerance=limit + (2 * error if depth_tolerance is None else 0.0),
+        lateral_tolerance=sideways if lateral_tolerance is None else lateral_tolerance,
         shape=shape,
         light=share,
         shares=shares,
@@ -304,6 +309,7 @@ def judge_frame(
 
 def least_light(system: FourF) -> float:
     """Share of the light that must be the objects': without a sideband the twin image has half of
-    it, and two levels for grey bring noise of twice the picture's light themselves."""
-    twin = 1.0 if system.coding.carrier else 0.5
-    return OWN_LIGHT * twin * (0.4 if system.coding.bits == 1 else 1.0)
+    it; encodings that make their own grey levels, and few of them, bring noise of their own."""
+    if system.coding.levels is not None or system.slm.bits <= 2:
+        return OWN_NOISE
+    return OWN_LIGHT * (1.0 if system.coding.carrier else 0.5)

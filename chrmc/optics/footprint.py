@@ -30,6 +30,21 @@ def reach(wavelength: float, f_max: float) -> float:
     return tan(asin(s)) if s < 1 else inf
 
 
+def shown_from(
+    at: NDArray[np.float64],
+    z: NDArray[np.float64] | float,
+    half: float,
+    wavelength: float,
+    f_max: float,
+) -> NDArray[np.float64]:
+    """Middle of the part of a panel that shows points, along one axis, metres.
+
+    half : of the panel's width
+    """
+    far = z * reach(wavelength, f_max)
+    return (np.maximum(at - far, -half) + np.minimum(at + far, half)) / 2
+
+
 def taper(offset: NDArray[Any], half_width: NDArray[Any]) -> NDArray[Any]:
     """Soft weight of one axis, broadcast over offset and half_width (metres), in [0, 1].
 

@@ -97,6 +97,39 @@ def test_objects_of_little_light_cannot_be_judged():
     )
 
 
+@pytest.mark.parametrize(("encoding", "most"), [("ssb", 1.0), ("real", 0.5), ("bipolar", 0.5)])
+def test_noise_of_more_light_than_the_objects_fails(encoding, most):
+    """`most` times the field's power is less light than theirs; a sideband's filter halves it."""
+    slm, system = SLM_, FourF(SLM_, LAMBDA, encoding)
+    band = coding_for(encoding, slm).passband
+    both = compute_field(
+        PointCloud.concatenate([NEAR, FAR]), slm, LAMBDA, passband=band, method="rt"
+    )
+    targets = [Target.of_cloud(n, c, system) for n, c in (("near", NEAR), ("far", FAR))]
+    noise = np.random.default_rng(4).standard_normal((2, *slm.shape))
+    noise = (noise[0] + 1j * noise[1]) * np.sqrt(np.mean(np.abs(both) ** 2) / 2)
+    for times, passes in ((most, True), (4, False)):
+        frame = encode(both + np.sqrt(times) * noise, slm, encoding)
+        found = judge_frame(frame, system, targets, PITCH)
+        assert found.passed == passes, found.light
+        assert all(o.passed for o in found.objects)
+        assert ["noise" in fault for fault in found.faults] == [True] * (not passes)
+
+
+def test_right_frames_of_encodings_that_bring_noise_pass():
+    """A speck whose light is on a part of the panel: the rest of the frame is noise."""
+    slm = SLM("half", 960, 600, P)
+    rng = np.random.default_rng(3)
+    places = rng.uniform(-1, 1, (30, 3)) * [0.19e-3, 0.12e-3, 0.5e-3] + [0, 0, 0.037]
+    speck = PointCloud(places, np.ones(30), rng.uniform(0, 6.3, 30))
+    for encoding in ("offaxis", "lee", "error-diffusion", "double-phase", "kinoform"):
+        band, system = coding_for(encoding, slm).passband, FourF(slm, LAMBDA, encoding)
+        field = compute_field(speck, slm, LAMBDA, passband=band, method="rt")
+        target = Target.of_cloud("speck", speck, system)
+        found = judge_frame(encode(field, slm, encoding), system, [target], PITCH)
+        assert found.passed, (encoding, found.faults, found.objects[0].faults)
+
+
 def test_mirrored_and_negative_holograms_fail():
     frame = encode(BOTH, SLM_)
     assert not judge_frame(frame[:, ::-1].copy(), SYSTEM, [NEAR_TARGET], PITCH).passed

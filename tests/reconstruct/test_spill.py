@@ -1,4 +1,4 @@
-"""Outlines tell the depth of a body that is dense, deep and speckle everywhere."""
+"""The rim tells the depth of what is dense and speckle everywhere."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -10,8 +10,8 @@ import reconstruct
 from chrmc.response import GreyResponse
 from reconstruct.checking import _targets
 from reconstruct.four_f_system import FourF
-from reconstruct.outline import outline_error
 from reconstruct.region import target_stack
+from reconstruct.spill import spill_error
 
 BISON = Path("/usr/share/assimp/models/PLY/Wuson.ply")
 
@@ -25,14 +25,14 @@ def test_a_real_animal_seen_from_the_side(tmp_path: Path) -> None:
     (verdict,) = reconstruct.check(video, [1])
     (found,) = verdict.objects
     assert verdict.passed, found.faults
-    assert found.focus.method == "outlines" and abs(found.depth_error) < 0.25e-3
+    assert found.focus.method == "rim" and abs(found.depth_error) < 0.25e-3
     response = GreyResponse.from_dict(video.response)
     system = FourF(
         video.slm, video.wavelength, video.encoding, response=response, scale=video.scale
     )
     (target,) = _targets(video, 1, system, None)
-    stack, _, parts = target_stack(system.field(video.read(1)), system, target, video.pixel_pitch)
+    stack, _, _ = target_stack(system.field(video.read(1)), system, target, video.pixel_pitch)
     assert target.light is not None
     for off in (-1.2e-3, 0.8e-3):  # of what the scene is said to be
         wrong = replace(target.light, depth=target.light.depth + off)
-        assert outline_error(stack, wrong, parts, 1.3)[0] == pytest.approx(-off, abs=0.25e-3)
+        assert spill_error(stack, wrong, system)[0] == pytest.approx(-off, abs=0.25e-3)
