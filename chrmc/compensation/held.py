@@ -26,6 +26,8 @@ EXACT = 1e-9
 WORN = 2500.0
 """Times the light that a hologram shows that may have been taken out of it since it was computed
 whole: each amplitude leaves 1e-7 in rounding, so all of them 5e-6 of what is shown."""
+CANCELLED = 1e-6
+"""Share of the points' light, one by one, below which a sum of parts is not taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,6 +209,15 @@ class Computer:
         if method.one_by_one is not None:
             method = replace(method, field=method.one_by_one)
         return self._by(method, cloud, record, stage, window)
+
+    def settled(
+        self, field: NDArray[np.complex64], shown: PointCloud, record: FrameRecord
+    ) -> NDArray[np.complex64]:
+        """A frame's field put together from parts; computed whole where their waves all but cancel,
+        of which parts leave little but rounding."""
+        if np.vdot(field, field).real >= CANCELLED * field.size * self.light(shown):
+            return field
+        return self.compute(shown, record, "HC")
 
     def _by(
         self,

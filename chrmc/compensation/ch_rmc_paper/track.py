@@ -19,6 +19,7 @@ from chrmc.compensation.ch_rmc_paper.blank import difference, extent, intersecti
 from chrmc.compensation.ch_rmc_paper.carry import Motion, carried_window, carry, moved
 from chrmc.compensation.ch_rmc_paper.cylinder import Cylinder
 from chrmc.compensation.ch_rmc_paper.error_correction import Rule, match, snr
+from chrmc.compensation.held import showable
 from chrmc.encoding import Coding
 from chrmc.record import FrameRecord
 from chrmc.scene.points import PointCloud
@@ -135,8 +136,13 @@ class Work:
         """The object one frame on, and notes on it."""
         slm, passband = self.slm, self.coding.passband
         with record.stage("EC"):
-            after = moved(track.cloud, motion)
-            both = None if track.ids is None or obj.ids is None else (track.ids, obj.ids)
+            before, ids = track.cloud, track.ids
+            after = moved(before, motion)
+            kept = showable(after, slm, self.wavelength, passband)
+            if not kept.all():  # the arc leads some to where no pixel can show them
+                before, after = before.select(kept), after.select(kept)
+                ids = None if ids is None else ids[kept]
+            both = None if ids is None or obj.ids is None else (ids, obj.ids)
             matching = match(
                 after, obj.cloud, self.rule, self.pixel_pitch, self.plane_spacing, both
             )
@@ -144,11 +150,11 @@ class Work:
             correct = ratio < self.snr_threshold
             removed = after.select(matching.wrong)
             added = obj.cloud.select(matching.missing)
-            shown, ids = after, track.ids
+            shown = after
             if correct:
                 shown = PointCloud.concatenate([after.select(~matching.wrong), added])
-                if track.ids is not None and obj.ids is not None:
-                    ids = np.concatenate([track.ids[~matching.wrong], obj.ids[matching.missing]])
+                if ids is not None and obj.ids is not None:
+                    ids = np.concatenate([ids[~matching.wrong], obj.ids[matching.missing]])
         notes = {"snr": float(ratio) if np.isfinite(ratio) else None, "corrected": bool(correct)}
         cylinder, blank = track.cylinder, 0
         inexact = track.carried or motion is not None or not _same(shown, ids, obj)
@@ -165,7 +171,7 @@ class Work:
                 track.field, middle, motion, slm, self.wavelength, self.radius, record, cylinder
             )
             with record.stage("HC"):
-                reused = carried_window(track.cloud, after, motion, slm, self.wavelength, passband)
+                reused = carried_window(before, after, motion, slm, self.wavelength, passband)
                 whole = extent(shown, slm, self.wavelength, passband)
                 reused = intersection(reused, whole)
                 field = np.zeros_like(carried)

@@ -115,8 +115,8 @@ class Group:
         still = PointCloud.concatenate(
             b.points.cloud for b, alone in zip(self.blocks, self.alone, strict=True) if not alone
         )
-        return self.computer.compute(still, self.record, "HC"), {
-            i: self.computer.compute(block.points.cloud, self.record, "HC")
+        return self.computer.change(still, self.record, "HC"), {
+            i: self.computer.change(block.points.cloud, self.record, "HC")
             for i, (block, alone) in enumerate(zip(self.blocks, self.alone, strict=True))
             if alone
         }
@@ -127,7 +127,7 @@ class Group:
         total = still.copy()
         for field in moving.values():
             total += field
-        return total
+        return self.computer.settled(total, self.frame.cloud, self.record)
 
     def general(self, frame: Moving, record: FrameRecord) -> NDArray[np.complex64]:
         """The field of another frame."""
@@ -155,7 +155,7 @@ class Group:
         change = PointCloud.concatenate(c.signed for c in frame.corrections)
         if len(change):
             total += computer.change(change, record, "EC")
-        return total
+        return computer.settled(total, frame.shown, record)
 
 
 def group_frames(

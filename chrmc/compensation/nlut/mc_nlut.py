@@ -113,7 +113,7 @@ def frames(
                 record.blank_share += blank / (slm.width * slm.height * len(updates))
         make = chain.then(
             partial(_update, updates=updates, computer=computer, record=record),
-            partial(_total, slm=slm),
+            partial(_total, computer=computer, shown=shown, record=record),
             partial(computer.compute, shown, record, "HC"),
         )
         yield VideoFrame(scene_frame, record, make, shown=shown)
@@ -147,7 +147,7 @@ def _update(
         field = fields.get(update.name)
         if field is None or update.whole:
             stage = "HC" if record.key or update.whole else "EC"
-            fields[update.name] = computer.compute(update.correction.added, record, stage)
+            fields[update.name] = computer.change(update.correction.added, record, stage)
             continue
         if update.move:
             with record.stage("RMC"):
@@ -162,8 +162,10 @@ def _update(
     return fields
 
 
-def _total(fields: Fields, slm: SLM) -> NDArray[np.complex64]:
-    total = np.zeros(slm.shape, dtype=np.complex64)
+def _total(
+    fields: Fields, computer: Computer, shown: PointCloud, record: FrameRecord
+) -> NDArray[np.complex64]:
+    total = np.zeros(computer.slm.shape, dtype=np.complex64)
     for field in fields.values():
         total += field
-    return total
+    return computer.settled(total, shown, record)

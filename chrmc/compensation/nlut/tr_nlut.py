@@ -82,7 +82,7 @@ def frames(
             partial(
                 _update, corrections=corrections, computer=computer, record=record, stage=stage
             ),
-            np.copy,
+            partial(_rendered, computer=computer, shown=shown, record=record),
             partial(computer.compute, shown, record, stage),
         )
         yield VideoFrame(scene_frame, record, make, shown=shown)
@@ -101,3 +101,9 @@ def _update(
     if len(change):
         field += computer.change(change, record, stage)
     return field
+
+
+def _rendered(
+    field: NDArray[np.complex64], computer: Computer, shown: PointCloud, record: FrameRecord
+) -> NDArray[np.complex64]:
+    return computer.settled(field.copy(), shown, record)

@@ -181,6 +181,37 @@ def test_what_is_gone_leaves_no_light(method: str, ratio: float) -> None:
         assert error_of(frame.field, frame.cloud) < 1e-5
 
 
+@pytest.mark.parametrize("method", METHOD_NAMES)
+def test_where_bodies_cancel_what_they_leave_is_right(method: str) -> None:
+    scene = cancelling(1e-4)
+    for frame in frames_of(scene, method, 5):
+        assert error_of(frame.field, frame.cloud) < 1e-5
+
+
+@pytest.mark.parametrize("method", METHOD_NAMES)
+def test_points_that_cancel_are_no_reason_to_refuse_a_bright_frame(method: str) -> None:
+    scene = cancelling(1e-9)
+    bodies = {
+        "rock": scene.bodies["body"],
+        "dark": chrmc.PointCloud.concatenate(scene.bodies.values()),
+    }
+    poses = {"rock": [Pose(np.eye(3), np.array([1e-4, 0, 0.21]))], "dark": scene.poses["body"]}
+    seen = {"dark": [np.full(18, k != 1) for k in range(5)]}
+    for frame in frames_of(PointScene("bright", bodies, poses, seen), method, 5):
+        assert error_of(frame.field, frame.cloud) < 1e-5
+
+
+def cancelling(left: float) -> PointScene:
+    """A body, and its negative but for some of a half turn, that is hidden in the second frame."""
+    rng = np.random.default_rng(6)
+    body = chrmc.PointCloud(rng.uniform(-2e-4, 2e-4, (9, 3)), np.ones(9), rng.uniform(0, 6, 9))
+    against = chrmc.PointCloud(body.positions, np.ones(9), body.phase + np.pi * (1 + left))
+    bodies = {"body": body, "against": against}
+    poses = [Pose(np.eye(3), np.array([3 * PITCH * k, 0, 0.2])) for k in range(5)]
+    seen = {"against": [np.full(9, k != 1) for k in range(5)]}
+    return PointScene("against", bodies, dict.fromkeys(bodies, poses), seen)
+
+
 @pytest.mark.parametrize("method", ["tr-nlut", "mc-nlut"])
 def test_what_blinks_for_long_leaves_no_more_than_before(method: str) -> None:
     """Steep waves, put in beside others than those they are taken out with: were one computed in

@@ -12,6 +12,7 @@ import pytest
 import chrmc
 from chrmc.compensation.ch_rmc_paper import paper
 from chrmc.compensation.frame import VideoFrame
+from chrmc.compensation.held import showable
 from chrmc.encoding import coding_for
 from chrmc.reference import reference_field, relative_error
 from chrmc.scene.point_scene import PointScene
@@ -122,3 +123,22 @@ def test_key_frames_are_no_more_than_before_where_light_adds_up() -> None:
     poses = [Pose(np.eye(3), [2e-6 * k, 0, 0.12]) for k in range(4)]
     found = frames(scene({"body": cloud(1), "aside": aside}, poses), (64, 48))
     assert [frame.record.key for frame, _ in found] == [True, False, False, False]
+
+
+@pytest.mark.parametrize("options", [{}, {"rekey_error": 1e-3}])
+def test_points_that_are_carried_off_the_panel_are_left_behind(options: dict[str, Any]) -> None:
+    """A body that leaves step by step, its points hidden once no pixel can show them; so dim that
+    they are not worth a correction."""
+    body, slm = cloud(7), SLM("small", 3, 2, PITCH)
+    dim = np.where(body.positions[:, 0] > 0, 1e-4, 1.0)
+    body = chrmc.PointCloud(body.positions, body.amplitude * dim, body.phase)
+    band = coding_for("real", slm).passband
+    poses = [Pose(np.eye(3), np.array([1.2e-4 * k, 0, 0.02])) for k in range(8)]
+    clouds = [
+        chrmc.PointCloud(pose.apply(body.positions), body.amplitude, body.phase) for pose in poses
+    ]
+    seen = [showable(one, slm, WAVELENGTH, band) for one in clouds]
+    assert seen[5].all() and 0 < seen[7].sum() < seen[6].sum() < 12
+    made = frames(scene({"body": body}, poses, {"body": seen}), (3, 2), **options)
+    assert len(made) == 8
+    assert not options or max(error for _, error in made) <= 2e-3
