@@ -5,7 +5,7 @@ m varies slowly, so that a few hundred even nodes in x and about a hundred in y 
 hologram is A_y·M·A_x: two matrix products, no per-pixel transcendental.
 
 plan      clusters, nodes, band, chebyshev
-sum       baseband, tables, series, wave; direct and rays where these are exact or quick enough
+sum       condense, baseband, tables, series, wave; direct and rays where these are exact or quick
 assemble  assembly
 predict   predict, before a pixel is computed, and verify, on some pixels
 
@@ -121,13 +121,18 @@ def low_rank(
     # The largest first, so that the others fit beside it.
     parts = sorted(clusters.split(cloud, plane), key=len, reverse=True)
     aim, before, closer = first_aim(tolerance), np.inf, 1.0
+    made: dict[int, tuple[Factor, Budget]] = {}
+    due = list(range(len(parts)))
     for _ in range(4):
-        summed = in_parallel(partial(make_factor, plane=plane, tolerance=aim), parts)
-        factors = [factor for factor, _ in summed]
-        budget = sum((budget for _, budget in summed), Budget(0.0, 0.0))
+        make = partial(make_factor, plane=plane, tolerance=aim)
+        made |= zip(due, in_parallel(make, [parts[number] for number in due]), strict=True)
+        factors = [made[number][0] for number in range(len(parts))]
+        budget = sum((budget for _, budget in made.values()), Budget(0.0, 0.0))
         error, allowed = budget.relative, error_allowed(factors, tolerance, len(cloud))
         least = budget.least
+        due = _missing({n: one.error for n, (_, one) in made.items()}, allowed**2 * budget.light)
         if error <= allowed:
+            due = list(range(len(parts)))
             seen = look(factors, cloud, plane, tolerance, error)
             error, allowed = max(error, hypot(*seen)), SURE * tolerance
             least = max(least, seen[1])
@@ -144,6 +149,20 @@ def low_rank(
         f"of {error:.3g}, as where waves all but cancel; allow "
         f"{min(1.5 * error, TOLERANCES[1]):.1g}, or use rt"
     )
+
+
+def _missing(errors: dict[int, float], allowed: float) -> list[int]:
+    """Those of some clusters that are to be made anew, in order: the others may miss a quarter of
+    what is allowed together.
+
+    errors : powers of each; allowed : of all
+    """
+    kept, spent = set(), 0.0
+    for number in sorted(errors, key=errors.__getitem__):
+        spent += errors[number]
+        if spent <= allowed / 4:
+            kept.add(number)
+    return [number for number in sorted(errors) if number not in kept]
 
 
 def _reference_waves(

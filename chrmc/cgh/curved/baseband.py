@@ -5,15 +5,16 @@ the whole tolerance: fewer do, from which they are carried to the others.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
-from math import hypot, sqrt
+from math import ceil, hypot, sqrt
 from threading import Lock
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved import clusters
+from chrmc.cgh.curved import clusters, condense
 from chrmc.cgh.curved.assembly import Factor, add_field, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Needs, axis_behind, make_axis
@@ -51,13 +52,15 @@ _QUICK = 1e7  # the same up to which that is quicker than smaller clusters
 _MOST_LEAVES = 2000  # sub-clusters of a cluster, some 20 ms each
 _SAMPLES = 0.1  # of a series, for each wave that it saves
 SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
-_EXPECTED = 0.75  # of what nodes and series aim at, that is expected of them
+_TIGHT, _EXPECTED = 2e-5, 0.9  # of such aims, what may be expected that nodes and series miss
 
 
 def first_aim(tolerance: float) -> float:
-    """What nodes and series aim at, so that their error and rounding together are allowed."""
+    """What nodes and series aim at: where attempts are long, with room for rounding and luck."""
+    if tolerance > _TIGHT:
+        return tolerance
     allowed = max(0.64 * tolerance**2 - 1.2 * ROUNDING**2, 0.1 * tolerance**2)
-    return min(tolerance, sqrt(allowed) / _EXPECTED)
+    return sqrt(allowed) / _EXPECTED
 
 
 Summed = tuple[Reals, Reals, Remainder]
@@ -116,18 +119,24 @@ def axes_behind(
 
 def make_factor(cloud: PointCloud, plane: Plane, tolerance: float) -> tuple[Factor, Budget]:
     """The low-rank factor of one cluster and its expected error."""
-    reference = clusters.reference_of(clusters.bounding_box(cloud.positions), plane)
+    box = clusters.bounding_box(cloud.positions)
+    reference = clusters.reference_of(box, plane)
     axes = cluster_axes(cloud, reference, plane, tolerance)
     if not axes[0].blocks or not axes[1].blocks:
         return _no_light(axes, reference), Budget(0.0, 0.0)
     wave = Wave(reference, plane.wavelength, plane.reach)
     places = plane.x.places, plane.y.places
     expected: list[tuple[float, float]] = []
+    way = condense.condensing_of(box, len(cloud), axes, plane, tolerance)
+    few = cloud if way is None else condense.condensed(cloud, way)
+    plane = replace(plane, points=ceil(plane.points * len(few) / len(cloud)))
+    lost = 0.0 if way is None else condense.SHARE * tolerance
 
     def expect(missed: Remainder) -> None:
+        missed = Remainder(missed.series, hypot(missed.relative, lost))
         expected.append(expected_error(axes, cloud, places, wave, missed))
 
-    real, imag, missed = sum_points(cloud, axes, reference, plane, tolerance, beside=expect)
+    real, imag, missed = sum_points(few, axes, reference, plane, tolerance, beside=expect)
     if not expected:
         expect(missed)
     factor = Factor(*axes, reference, *_single(real, imag))

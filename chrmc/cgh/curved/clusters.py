@@ -16,6 +16,7 @@ Floats = NDArray[np.float64]
 _ENTRY = 500.0
 _CLUSTER = 2.5e8
 _CARRY = 3e8
+_LEAST = 8.0  # nodes of a sub-cluster beside those that its bandwidth asks for
 
 
 @dataclass(frozen=True)
@@ -179,13 +180,26 @@ def leaf_grid(box: Floats, count: int, nodes: tuple[int, int], plane: Plane) -> 
     return _best_leaves(box, count, nodes, plane)[1]
 
 
-def cost_of_sums(box: Floats, count: int, nodes: tuple[int, int], plane: Plane) -> float:
-    """Multiply-adds, about, of summing points to a cluster's nodes in the best way."""
-    return _best_leaves(box, count, nodes, plane)[0]
+def cost_of_sums(
+    box: Floats,
+    count: int,
+    nodes: tuple[int, int],
+    plane: Plane,
+    least: tuple[float, float] = (_LEAST, _LEAST),
+) -> float:
+    """Multiply-adds, about, of summing points to a cluster's nodes in the best way.
+
+    least : nodes of a sub-cluster beside those that its bandwidth asks for
+    """
+    return _best_leaves(box, count, nodes, plane, least)[0]
 
 
 def _best_leaves(
-    box: Floats, count: int, nodes: tuple[int, int], plane: Plane
+    box: Floats,
+    count: int,
+    nodes: tuple[int, int],
+    plane: Plane,
+    least: tuple[float, float] = (_LEAST, _LEAST),
 ) -> tuple[float, tuple[int, int]]:
     kx, ky = _kappas(box, plane)
     best, chosen = np.inf, (1, 1)
@@ -197,7 +211,7 @@ def _best_leaves(
             if leaves == 1:
                 nx, ny, carry = nodes[0], nodes[1], 0.0
             else:
-                nx, ny = (ceil(k / g + 8) for k, g in ((kx, gx), (ky, gy)))
+                nx, ny = ceil(kx / gx + least[0]), ceil(ky / gy + least[1])
                 nx, ny = min(nx, nodes[0]), min(ny, nodes[1])
                 carry = leaves * (4 * nodes[1] * nx * (ny + nodes[0]) + _CLUSTER)
             terms = 1 + 3.0 / leaves**0.5

@@ -14,6 +14,7 @@ from chrmc.cgh.counts import OperationCounts, product
 from chrmc.cgh.curved import baseband, clusters
 from chrmc.cgh.curved.baseband import Axes
 from chrmc.cgh.curved.clusters import Plane
+from chrmc.cgh.curved.condense import condensing_of
 from chrmc.cgh.curved.direct import SMALL
 from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, readable
@@ -91,6 +92,9 @@ def _of_cluster(cloud: PointCloud, plane: Plane, tolerance: float, each: float) 
     if not axes[0].blocks or not axes[1].blocks:
         return total
     total += pixels_from(axes)
+    if way := condensing_of(box, count, axes, plane, tolerance):
+        total += OperationCounts(products=way.each * count, memory=80.0 * way.count)
+        count, each = way.count, each * way.count / count
     nodes = len(axes[0].nodes), len(axes[1].nodes)
     if count >= MANY_POINTS:
         total += OperationCounts(phasors=_FILTERS)

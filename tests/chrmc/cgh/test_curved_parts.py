@@ -279,3 +279,9 @@ def test_small_terms_are_summed_in_single_precision() -> None:
     assert levels[0].precision is np.float64 and levels[-1].precision is np.float32
     single = sum(len(range(*one.terms.indices(short.terms))) for one in levels[1:])
     assert single >= short.terms / 2
+
+
+def test_only_clusters_that_miss_are_made_anew() -> None:
+    assert curved._missing({0: 1e-4, 1: 3.0, 2: 0.1, 3: 0.2}, 1.0) == [1, 3]
+    assert curved._missing({0: 1.0, 1: 1.0}, 1.0) == [0, 1]
+    assert curved._missing({0: 0.0, 1: 9.0}, 1.0) == [1]
