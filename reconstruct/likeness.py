@@ -58,6 +58,7 @@ class Likeness:
     relief : stretch in depth at which the cells are sharpest; NaN where nothing can be told
     relief_error : its standard error
     relief_gain : standard errors by which the cells tell more at a wrong stretch than at 1
+    deep : the scene's relief is enough of the depth of focus to be asked for
     """
 
     told: bool
@@ -70,6 +71,7 @@ class Likeness:
     relief: float
     relief_error: float
     relief_gain: float = float("inf")
+    deep: bool = True
 
     @property
     def relief_known(self) -> bool:
@@ -96,10 +98,12 @@ class Likeness:
 
     @property
     def doubt(self) -> str:
-        """What cannot be judged though it looks wrong, in words; "" for nothing."""
-        if self.relief_known or not (self.relief_error < RELIEF_ERROR and self._relief_off):
+        """What cannot be judged though the scene has it, in words; "" for nothing."""
+        if self.relief_known or not self.deep:
             return ""
-        return f"its relief cannot be judged (as like at {self.relief:.1f} as at 1)"
+        off = self.relief_error < RELIEF_ERROR and self._relief_off
+        why = f"as like at {self.relief:.1f} as at 1" if off else "too shallow, or speckle"
+        return f"its relief cannot be judged ({why})"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain figures."""
@@ -150,8 +154,9 @@ def compare(
     shift = error if clear and np.isfinite(error) and height >= SHARP else 0.0
     found = at_depths(cells.light, cells.depths, expected.depth + shift)
     factor, scatter, gain = float("nan"), float("inf"), 0.0
+    deep = told and size > SHALLOW * depth_of_focus
     # Cells that hardly tell the depth (see `spill`) do not tell the relief.
-    if clear and size > SHALLOW * depth_of_focus and height >= 2 * SHARP:
+    if clear and deep and height >= 2 * SHARP:
         factor, scatter = stretch_of(partial(how_deep, offset=shift), light)
         # What overlaps may look alike at two stretches.
         mixed = expected.layers is not None
@@ -167,6 +172,7 @@ def compare(
         factor,
         scatter,
         gain,
+        deep,
     )
 
 

@@ -73,7 +73,9 @@ def table(verdicts: Verdicts) -> Iterator[str]:
         those = f"all {len(judged)} objects"
         if len(judged) < len(shown):
             those += f" that can be judged, of {len(shown)},"
-        yield f"{those} are in focus where the scene says{alike}"
+        doubted = sum(bool(o.shape and o.shape.doubt) for o in judged)
+        but = f"; the relief of {doubted} cannot be judged" if doubted else ""
+        yield f"{those} are in focus where the scene says{alike}{but}"
 
 
 def _called(verdict: FrameVerdict) -> str:

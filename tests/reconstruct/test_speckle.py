@@ -7,8 +7,8 @@ from chrmc import SLM, PointCloud, compute_field
 from chrmc.encoding import coding_for
 from chrmc.optics.resolution import depth_of_focus, resolution
 from display import encode
-from reconstruct import FourF
-from reconstruct.verdict import Target, judge_frame
+from reconstruct import FourF, report
+from reconstruct.verdict import FrameVerdict, Target, judge_frame
 
 SMALL = SLM("small", 256, 256, 8.1e-6)
 GREEN = 532e-9
@@ -72,3 +72,15 @@ def test_a_speck_far_from_the_axis_is_in_focus_where_it_stands(at, count):
     assert found.passed, found.faults
     assert abs(found.depth_error) < 0.4 * focus
     assert not judged(cloud, moved(cloud, 2 * focus), slm, wavelength).passed
+
+
+@pytest.mark.parametrize(("times", "doubted"), [(1, False), (5, True)])
+def test_a_relief_that_speckle_hides_is_said_not_to_be_judged(times, doubted):
+    cloud, _ = dense(0.8, 0.12, 0)
+    places = (cloud.positions - [0, 0, 0.12]) * [1, 1, times] + [0, 0, 0.12]
+    cloud = PointCloud(places, cloud.amplitude, cloud.phase)
+    found = judged(cloud, cloud, SMALL, GREEN)
+    assert found.passed and not found.shape.relief_known
+    assert ("relief cannot be judged" in found.shape.doubt) == doubted
+    lines = list(report.table([FrameVerdict(1, [found])]))
+    assert all(("cannot be judged" in line) == doubted for line in lines[-2:])
