@@ -15,10 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.files import replacing
+from chrmc.ranges import WAVELENGTH_RANGE
 from chrmc.response import LEVELS, GreyResponse
 from chrmc.response_map import TERMS, basis
 
 PIECES = (3, 5, 8, 12, 18)
+DARKEST, BRIGHTEST = 1e-30, 1e30
+"""Of a reading, in whatever unit."""
 DRAWS = 100
 SEED = 20180103
 
@@ -39,6 +42,10 @@ class ResponseFit:
     uncertainty: NDArray[np.float64]
     tilt: NDArray[np.float64] | None = None
     wavelength: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.wavelength is not None:
+            object.__setattr__(self, "wavelength", WAVELENGTH_RANGE.of(self.wavelength))
 
     @cached_property
     def response(self) -> GreyResponse:
@@ -91,9 +98,16 @@ def fit_response(grey: Sequence[float], readings: Sequence[Any], degree: int = 0
         raise ValueError(f"readings must be numbers, or (h, w) pictures of one shape, not {shapes}")
     if degree and next(iter(shapes)) == ():
         raise ValueError("a map needs pictures of the panel, not single numbers")
+    if not all(p.size and np.isfinite(p).all() for p in pictures):
+        raise ValueError("readings must be finite numbers, or pictures of some pixels")
+    # The brightest of all pixels: what it may be, sums and squares may be too.
+    top = max(float(np.max(p)) for p in pictures)
+    if not DARKEST <= top <= BRIGHTEST or min(float(np.min(p)) for p in pictures) < -top:
+        raise ValueError(
+            f"the brightest reading is {top:g}: it must lie between {DARKEST:g} and "
+            f"{BRIGHTEST:g}, and outweigh negative ones; take another unit, or less dark current"
+        )
     values = np.array([p.mean() for p in pictures])
-    if not np.isfinite(values).all():
-        raise ValueError("readings must be finite numbers")
     size = float(np.ptp(values))
     if not size > 1e-12 * float(np.abs(values).max()):
         raise ValueError("all readings are alike: does the panel modulate, does the camera see it?")

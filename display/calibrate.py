@@ -11,10 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.progress import progress
+from chrmc.ranges import WAVELENGTH_RANGE, Count, Range, short
 from chrmc.response import LEVELS
 from chrmc.response_fit import SEED, ResponseFit, fit_response
 from display.screen import Screen
 
+STEPS, REPEATS = Count("steps", 5, LEVELS), Count("repeats", 1, 10_000)
+SETTLE = Range("settle", 0.0, 60.0, unit="s")
 Measure = Callable[[int], Any]
 """grey → what is measured while it is on: an intensity, or an (h, w) picture of the panel."""
 
@@ -40,10 +43,11 @@ def calibrate_response(
     degree : of the map over the panel, 1 or 2; 0 for none
     wavelength : metres, of the laser, kept with the response so that it is not taken for another's
     """
-    if not 5 <= steps <= LEVELS or repeats < 1:
-        raise ValueError(f"5 to {LEVELS} steps and 1 repeat or more, not {steps} and {repeats}")
-    if not 0 <= settle <= 60:
-        raise ValueError(f"settle between 0 and 60 seconds, not {settle:g}")
+    steps, repeats, settle = STEPS.of(steps), REPEATS.of(repeats), SETTLE.of(settle)
+    if wavelength is not None:
+        wavelength = WAVELENGTH_RANGE.of(wavelength)
+    if degree not in (0, 1, 2):
+        raise ValueError(f"the degree of a map is 1 or 2, or 0 for none, not {short(degree)}")
     if screen.slm.kind == "binary":
         raise ValueError(f"{screen.slm.name} is either dark or bright: it has no grey response")
     levels = np.rint(np.linspace(0, LEVELS - 1, steps)).astype(int)

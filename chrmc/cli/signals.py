@@ -11,14 +11,16 @@ from types import FrameType
 from chrmc.interrupts import INTERRUPTS
 
 PATIENCE = 5.0
-"""Seconds after an interrupt in which another one changes nothing, and that one waits at most for
-modules that are being loaded."""
+"""Seconds after an interrupt in which another one changes nothing."""
+LOADING = 30.0
+"""Seconds that an interrupt waits at most for modules that are being loaded."""
 
 
 class _End:
     """Raises KeyboardInterrupt for the first of several signals.
 
-    Not in the middle of an import: C++ libraries that are being loaded would abort the process.
+    Not in the middle of an import: C++ libraries that are being loaded would abort the process, and
+    trimesh takes any exception for a package that is absent.
     """
 
     def __init__(self) -> None:
@@ -29,7 +31,7 @@ class _End:
         now = time.monotonic()
         if self._put_off is None:
             self._put_off = now
-        if _loading(frame) and now - self._put_off < PATIENCE:
+        if _loading(frame) and now - self._put_off < LOADING:
             again = threading.Timer(0.02, signal.raise_signal, [number])
             again.daemon = True
             again.start()

@@ -63,7 +63,7 @@ def test_a_signal_while_the_program_is_loaded_ends_it_politely(module: str, numb
 def test_a_module_that_is_loaded_for_ever_is_broken_off(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("chrmc.cli.signals.PATIENCE", 0.1)
+    monkeypatch.setattr("chrmc.cli.signals.LOADING", 0.1)
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "endless.py").write_text(
         "import signal\nsignal.raise_signal(signal.SIGTERM)\nwhile True:\n    pass\n"

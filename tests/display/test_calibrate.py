@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -223,3 +224,38 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
         fit_response([0, 60, 120, 180, 255], [1.0] * 5)
     with pytest.raises(ValueError, match="too few"):
         fit_response([0, 255], [0.0, 1.0])
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "light",
+    [
+        lambda grey: -grey,
+        lambda grey: 1e300 * (grey + 1),
+        lambda grey: 1e-310 * (grey + 1),
+        lambda grey: np.full((4, 4), 1e300 * (grey + 1)),
+        lambda grey: np.zeros((0, 4)),
+        lambda grey: np.where(np.arange(16).reshape(4, 4) == 3, np.nan, grey + 1.0),
+    ],
+)
+def test_light_that_no_meter_gives_is_refused_in_one_line(light: Any) -> None:
+    grey = list(range(0, 256, 15)) * 2
+    with pytest.raises(ValueError, match="reading") as raised:
+        fit_response(grey, [light(g) for g in grey])
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [{"steps": 9.5}, {"steps": "9"}, {"repeats": 10**12}, {"repeats": None}, {"settle": "x"},
+     {"settle": float("nan")}, {"degree": "1"}, {"wavelength": "red"}, {"wavelength": 638}],
+    ids=str,
+)  # fmt: skip
+def test_what_cannot_be_measured_is_refused_before_it_is_shown(asked: dict[str, Any]) -> None:
+    shown: list[int] = []
+    with (
+        display.Screen(headless=True, slm=PANEL) as screen,
+        pytest.raises(ValueError, match=next(iter(asked))),
+    ):
+        display.calibrate_response(screen, shown.append, **{"settle": 0, **asked})
+    assert not shown

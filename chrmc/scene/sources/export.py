@@ -29,7 +29,7 @@ def is_export(path: Path) -> bool:
     if path.suffix.lower() != ".npz" or not path.is_file():
         return False
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             return "format" in stored.files
     except Exception:  # said in one line by whoever reads it
         return False
