@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.bench.extremes_cases import KINDS, Case, case_of, cloud_of, passband_of
+from chrmc.bench.extremes_cases import FRAMES, KINDS, Case, case_of, cloud_of, passband_of
 from chrmc.bench.extremes_video import IN_PARTS, frames_of, promised_of
 from chrmc.cgh import DEFAULT_METHOD, field_and_error, method_named, rt
 from chrmc.optics.footprint import expected_power, reach
@@ -25,6 +25,8 @@ __all__ = ["KINDS", "Case", "Outcome", "case_of", "cloud_of", "judged", "measure
 PATIENCE, PER_MILLION = 40.0, 12.0
 """Processor seconds that a case may take, and for each million points more: past that refusing
 would have done, and it counts as a fault."""
+PER_FRAME = 8.0
+"""The same for each of some frames of a video: that many exact sums are borne."""
 _WAVES, _CONFIRMING = 3_000_000, 100_000_000  # of the truth, in a case; before a fault is called
 
 
@@ -77,7 +79,8 @@ def promised(case: Case) -> float:
 
 def limit(case: Case) -> float:
     """Processor seconds that a case may take."""
-    return round(PATIENCE + PER_MILLION * case.count / 1e6, 1)
+    frames = FRAMES if case.kind == "video" else 0
+    return round(PATIENCE + PER_MILLION * case.count / 1e6 + PER_FRAME * frames, 1)
 
 
 def run(case: Case) -> Outcome:

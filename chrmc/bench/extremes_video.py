@@ -1,17 +1,20 @@
-"""The videos of the sweep over extremes: a body that turns, approaches, flickers, goes and comes
-back, or meets its own negative."""
+"""The videos of the sweep over extremes: a body that turns, approaches, flickers, leaves the panel,
+goes and comes back, or meets its own negative."""
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import chrmc
-from chrmc.bench.extremes_cases import FRAMES, OBJECT, Case, cloud_of
+from chrmc.bench.extremes_cases import FRAMES, OBJECT, Case, cloud_of, passband_of
 from chrmc.cgh import DEFAULT_METHOD
 from chrmc.compensation import DEFAULT_TOLERANCE
 from chrmc.compensation.frame import VideoFrame
+from chrmc.compensation.held import showable
 from chrmc.scene.point_scene import PointScene
 from chrmc.scene.points import PointCloud
 from chrmc.scene.scene import Pose
@@ -58,10 +61,17 @@ def frames_of(case: Case) -> Iterator[VideoFrame]:
         poses.append(Pose.from_rotvec(axis * angle * step, place))
     level = random.random(len(cloud))
     flicker = random.choice([0.0, 0.02, 0.5])
-    seen = {"body": lambda n: (level + flicker * n) % 1 < 0.8} if flicker else {}
+
+    def seen(name: str, number: int) -> NDArray[np.bool_]:
+        body = bodies[name]
+        place = PointCloud(poses[number - 1].apply(body.positions), body.amplitude, body.phase)
+        lit = showable(place, case.slm, case.wavelength, passband_of(case))
+        return lit & ((level + flicker * number) % 1 < 0.8) if flicker and name == "body" else lit
+
     wide = float(np.ptp(cloud.positions[:, :2], axis=0).max())
     pitch = float(np.clip(wide / _ACROSS, case.slm.pixel_pitch, _WIDEST))
-    scene = PointScene("extreme", bodies, dict.fromkeys(bodies, poses), seen, pixel_pitch=pitch)
+    visible = {name: partial(seen, name) for name in bodies}
+    scene = PointScene("extreme", bodies, dict.fromkeys(bodies, poses), visible, pixel_pitch=pitch)
     options: dict[str, Any] = {}
     if case.video == "ch-rmc-paper":
         options["rekey_error"] = case.tolerance

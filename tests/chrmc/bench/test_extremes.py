@@ -95,6 +95,12 @@ def test_every_way_to_make_a_video_is_tried(video: str) -> None:
     assert (extremes.promised(case) < 1) == (video != "3dmc-nlut")
 
 
+@pytest.mark.parametrize("seed", [8100195, 8100374, 8101695, 3123553])
+def test_a_body_that_leaves_the_panel_is_no_reason_to_refuse(seed: int) -> None:
+    out = extremes.run(extremes.case_of(seed))
+    assert not out.fault and not out.refused
+
+
 FIRST = extremes.case_of(0)
 
 
