@@ -17,6 +17,7 @@ from reconstruct.focus_metrics import METRICS
 from reconstruct.four_f_system import FourF, power
 from reconstruct.likeness import ALIKE, SHARP, Likeness, compare, dimmed, light_of
 from reconstruct.outshone import NOTHING, Shares, shares_of
+from reconstruct.own_light import least_light
 from reconstruct.region import search_scale, target_stack
 from reconstruct.spill import spill_error
 from reconstruct.stack import FocalStack, brightness, focal_stack
@@ -24,10 +25,6 @@ from reconstruct.target import Target
 
 DEPTH_TOLERANCE = 0.5e-3
 """Metres between found and expected depth that pass."""
-OWN_LIGHT = 0.5
-"""Least share of the light that is the objects' own: with less, noise has more than they have."""
-OWN_NOISE = 0.12
-"""The same where grey levels bring noise of their own: right binary frames came down to 0.12."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,12 +301,4 @@ def judge_frame(
         )
         for target, shares in zip(targets, shares_of(targets, system), strict=True)
     ]  # fmt: skip
-    return FrameVerdict(number, judged, least_light(system))
-
-
-def least_light(system: FourF) -> float:
-    """Share of the light that must be the objects': without a sideband the twin image has half of
-    it; encodings that make their own grey levels, and few of them, bring noise of their own."""
-    if system.coding.levels is not None or system.slm.bits <= 2:
-        return OWN_NOISE
-    return OWN_LIGHT * (1.0 if system.coding.carrier else 0.5)
+    return FrameVerdict(number, judged, least_light(targets, system))
