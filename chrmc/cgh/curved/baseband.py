@@ -18,7 +18,7 @@ from chrmc.cgh.curved import clusters, condense
 from chrmc.cgh.curved.assembly import Factor, add_field, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.nodes import Axis, Needs, axis_behind, make_axis
-from chrmc.cgh.curved.nonuniform import MANY_POINTS, nonuniform_baseband
+from chrmc.cgh.curved.nonuniform import nonuniform_baseband, transforms_pay
 from chrmc.cgh.curved.predict import ROUNDING, Budget, expected_error, light_of
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.tables import (
@@ -173,7 +173,7 @@ def sum_points(
     """
     box = clusters.bounding_box(cloud.positions)
     nodes = len(axes[0].nodes), len(axes[1].nodes)
-    if len(cloud) >= MANY_POINTS and not leaf:
+    if not leaf and transforms_pay(len(cloud), box, axes, reference, plane, tolerance):
         transformed = nonuniform_baseband(cloud, axes, reference, plane, tolerance)
         if transformed is not None:
             return transformed

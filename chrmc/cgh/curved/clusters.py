@@ -1,13 +1,14 @@
 """Which points share a reference wave, and in how many sub-clusters their baseband is summed."""
 
 from dataclasses import dataclass
-from math import ceil, pi
+from math import ceil, log10, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.nodes import Extent, Line
+from chrmc.cgh.curved.nodes import Axis, Extent, Line
 from chrmc.cgh.curved.wave import Reference
+from chrmc.optics.footprint import SOFT_SHARE
 from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
@@ -192,6 +193,20 @@ def cost_of_sums(
     least : nodes of a sub-cluster beside those that its bandwidth asks for
     """
     return _best_leaves(box, count, nodes, plane, least)[0]
+
+
+def cost_at(
+    axes: tuple[Axis, Axis], box: Floats, count: int, plane: Plane, tolerance: float
+) -> float:
+    """The same at given nodes, with what sub-clusters' nodes take for margins and soft edges."""
+    least = []
+    for axis, (low, high), reach in zip(axes, box[:2].tolist(), plane.reach, strict=True):
+        tapered = sum(len(run.weight) for run in axis.runs if run.tapered)
+        width = SOFT_SHARE * float(box[2, 0]) * reach
+        edges = tapered * width / (width + high - low) if tapered else 0.0
+        least.append((2 - 2 * log10(tolerance)) * len(axis.runs) + edges)
+    nodes = len(axes[0].nodes), len(axes[1].nodes)
+    return cost_of_sums(box, count, nodes, plane, (least[0], least[1]))
 
 
 def _best_leaves(

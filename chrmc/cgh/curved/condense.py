@@ -11,7 +11,7 @@ Soft edges are part of g: their kinks ask for close nodes.
 
 from dataclasses import dataclass
 from itertools import product
-from math import ceil, inf, lgamma, log, log10, pi
+from math import ceil, inf, lgamma, log, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ _MANY = 20_000  # points that are worth it
 _MOST = 5000  # nodes of a box
 # In multiply-adds of a matrix product, as measured: for each point itself, an entry of a table, a
 # pair of them along y and z, a node of its box; what a point takes that is transformed.
-_POINT, _ENTRY, _PAIR, _PRODUCT, _TRANSFORMED = 1e4, 300.0, 190.0, 8.0, 1.4e5
+_POINT, _ENTRY, _PAIR, _PRODUCT, _TRANSFORMED = 1e4, 300.0, 190.0, 8.0, 4e4
 _WORTH = 0.7  # of the work, that must be left
 _TIGHT, _DOUBLE = 5e-5, 2.0  # tolerances without transforms; what double precision takes more
 _BOXES = (1, 2, 4, 8, 16, 32, 64, 128, 256)
@@ -88,12 +88,7 @@ def condensing_of(
         _along(size, swing, close, SHARE * tolerance / 2)
         for size, swing, close in zip(sizes, swings, closest, strict=True)
     ]
-    least = [
-        _least_nodes(axis, size, far * box[2, 0], tolerance)
-        for axis, size, far in zip(axes, sizes, plane.reach, strict=False)
-    ]
-    nodes = len(axes[0].nodes), len(axes[1].nodes)
-    each = clusters.cost_of_sums(box, count, nodes, plane, (least[0], least[1])) / count
+    each = clusters.cost_at(axes, box, count, plane, tolerance) / count
     each = _DOUBLE * each if tolerance < _TIGHT else min(each, _TRANSFORMED)
     best, chosen = _WORTH * each * count, None
     for x, y, z in product(*ways):
@@ -102,14 +97,6 @@ def condensing_of(
         if way.per_box <= _MOST and work < best:
             best, chosen = work, way
     return chosen
-
-
-def _least_nodes(axis: Axis, size: float, half: float, tolerance: float) -> float:
-    """Nodes of a sub-cluster beside those that its bandwidth asks for: margins, and soft edges."""
-    tapered = sum(len(run.weight) for run in axis.runs if run.tapered)
-    width = SOFT_SHARE * half
-    edges = tapered * width / (width + size) if tapered else 0.0
-    return (2 - 2 * log10(tolerance)) * len(axis.runs) + edges
 
 
 def _along(size: float, swing: float, close: float, tolerance: float) -> list[tuple[int, int]]:

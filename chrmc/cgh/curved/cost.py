@@ -17,7 +17,7 @@ from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.condense import condensing_of
 from chrmc.cgh.curved.direct import SMALL
 from chrmc.cgh.curved.nodes import Axis
-from chrmc.cgh.curved.nonuniform import MANY_POINTS, readable
+from chrmc.cgh.curved.nonuniform import readable, transforms_pay
 from chrmc.cgh.curved.tables import MOST_AT_ONCE
 from chrmc.cgh.curved.verify import waves_looked_at
 from chrmc.cgh.curved.wave import Reference
@@ -96,7 +96,7 @@ def _of_cluster(cloud: PointCloud, plane: Plane, tolerance: float, each: float) 
         total += OperationCounts(products=way.each * count, memory=80.0 * way.count)
         count, each = way.count, each * way.count / count
     nodes = len(axes[0].nodes), len(axes[1].nodes)
-    if count >= MANY_POINTS:
+    if transforms_pay(count, box, axes, reference, plane, tolerance):
         total += OperationCounts(phasors=_FILTERS)
         if readable_by_a_part(some, axes, reference, plane, tolerance):
             return total + OperationCounts(

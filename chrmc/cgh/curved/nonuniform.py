@@ -9,7 +9,7 @@ object surface: by taps, and by filters where footprints end.
 
 from dataclasses import dataclass
 from functools import partial
-from math import ceil, hypot, pi, sqrt
+from math import ceil, hypot, log2, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,9 @@ _SINGLE = 5e-5  # smallest error that single precision serves: places are rounde
 _MOST_TERMS = 24
 _STEEPEST, _LONGEST = 0.8, 0.02  # sine of the angle up to which directions are written so; step
 _SWING, _SLICE = 0.1, 40_000  # cycles that curvatures turn waves by in a slice; points in one
+# In multiply-adds of a matrix product: for each sample of a slice's transforms and log2 of their
+# number, and for each point; of sub-clusters' work, that transforms must not pass.
+_FOURIER, _GATHERED, _WORTH = 450.0, 2.5e4, 0.5
 _TRIED = 2000  # points that stand for all when filters are tried
 _CHUNK = 1 << 15  # points whose strengths are worked out at once: they fit the second cache
 
@@ -74,20 +77,11 @@ def nonuniform_baseband(
     box, along = clusters.bounding_box(cloud.positions), read.along
     aim = _SHARE * tolerance
     taps = taps_for(aim)
-    sides: list[_Side] = []
-    for axis, (centre, z) in enumerate(
-        ((reference.x, reference.z_x), (reference.y, reference.z_y))
-    ):
-        widest = float(np.abs(box[axis] - centre).max() / box[2, 0] * reference.z)
-        side = _side(along[axis].places, centre, z, widest / plane.wavelength, taps)
-        if float(np.abs(side.grid.places).max()) > _STEEPEST:
-            return None
-        sides.append(side)
-    # Thin slices of depth, over which the curvature of waves changes little.
-    swing = sum(side.swing(box[2], reference.z) for side in sides) / plane.wavelength
-    count = max(1, min(ceil(swing / _SWING), len(cloud) // _SLICE))
+    both = _sides((along[0].places, along[1].places), box, reference, plane, taps)
+    if max(float(np.abs(side.grid.places).max()) for side in both) > _STEEPEST:
+        return None
+    count = _slices(both, box, len(cloud), reference, plane)
     slices = clusters.leaves(cloud, box, (1, 1, count))
-    both = sides[0], sides[1]
     sums = in_parallel(
         partial(_slice, reference=reference, sides=both, plane=plane, tolerance=aim), slices
     )
@@ -98,7 +92,7 @@ def nonuniform_baseband(
         plain = one[0] if plain is None else plain + one[0]
         dropped = max(dropped, one[1])
     assert plain is not None
-    near, far = (taps.matrix(side.at, side.grid.count).astype(plain.real.dtype) for side in sides)
+    near, far = (taps.matrix(side.at, side.grid.count).astype(plain.real.dtype) for side in both)
     plain = near @ plain @ far.T
     wide = along[0].of(plain, len(axes[0].nodes), along[1].places)
     out = along[1].of(np.ascontiguousarray(wide.T), len(axes[1].nodes), axes[0].nodes)
@@ -143,6 +137,49 @@ class _Side:
         """Metres by which that differs, at most, over some depths."""
         far = float(np.abs(self.places[[0, -1]] - self.centre).max())
         return far * far / 4 * float(1 / depths[0] - 1 / depths[1]) if z > 0 else 0.0
+
+
+def transforms_pay(
+    count: int,
+    box: Floats,
+    axes: tuple[Axis, Axis],
+    reference: Reference,
+    plane: Plane,
+    tolerance: float,
+) -> bool:
+    """Whether transforms of so many points in a box take less than sub-clusters, as counted.
+
+    Grids are as large as the cluster is wide, and there is one for each slice of its depth.
+    """
+    if count < MANY_POINTS:
+        return False
+    places = axes[0].nodes, axes[1].nodes
+    sides = _sides(places, box, reference, plane, taps_for(_SHARE * tolerance))
+    samples = 4.0 * sides[0].grid.count * sides[1].grid.count  # twice as dense each way
+    work = _FOURIER * _slices(sides, box, count, reference, plane) * samples * log2(samples)
+    sums = clusters.cost_at(axes, box, count, plane, tolerance)
+    return work + _GATHERED * count < _WORTH * sums
+
+
+def _sides(
+    places: tuple[Floats, Floats], box: Floats, reference: Reference, plane: Plane, taps: Taps
+) -> tuple["_Side", "_Side"]:
+    """Grids along x and y for places that are read."""
+    sides = []
+    for axis, (centre, z) in enumerate(
+        ((reference.x, reference.z_x), (reference.y, reference.z_y))
+    ):
+        widest = float(np.abs(box[axis] - centre).max() / box[2, 0] * reference.z)
+        sides.append(_side(places[axis], centre, z, widest / plane.wavelength, taps))
+    return sides[0], sides[1]
+
+
+def _slices(
+    sides: tuple["_Side", "_Side"], box: Floats, count: int, reference: Reference, plane: Plane
+) -> int:
+    """Thin slices of depth, over which the curvature of waves changes little."""
+    swing = sum(side.swing(box[2], reference.z) for side in sides) / plane.wavelength
+    return max(1, min(ceil(swing / _SWING), count // _SLICE))
 
 
 def _side(places: Floats, centre: float, z: float, widest: float, taps: Taps) -> _Side:

@@ -14,7 +14,7 @@ from chrmc.cgh.curved import clusters
 from chrmc.cgh.curved.band import Grid, band_grid, edge_grid
 from chrmc.cgh.curved.baseband import cluster_axes, levels_for, series_for
 from chrmc.cgh.curved.cost import cost_of, readable_by_a_part
-from chrmc.cgh.curved.nonuniform import readable
+from chrmc.cgh.curved.nonuniform import readable, transforms_pay
 from chrmc.cgh.curved.rays import rays_pay
 from chrmc.cgh.curved.taps import taps_for
 from chrmc.encoding import coding_for
@@ -175,6 +175,28 @@ def test_a_part_of_an_edge_tells_whether_filters_will_do(tolerance: float, read:
     axes = cluster_axes(cloud, reference, plane, tolerance)
     assert (readable(cloud, axes, reference, plane, tolerance) is not None) == read
     assert readable_by_a_part(cloud, axes, reference, plane, tolerance) == read
+
+
+@pytest.mark.parametrize(
+    ("count", "size", "pay"),
+    [
+        (20_000, (2e-3, 1e-3, 1e-3), False),  # few
+        (100_000, (2e-3, 1e-3, 1e-3), True),
+        (1_000_000, (2e-3, 1e-3, 1e-3), True),
+        (100_000, (6e-3, 2e-3, 1.5e-2), False),  # a large grid, and a deep body's long series
+        (1_000_000, (5e-3, 3e-3, 3e-3), False),  # a large grid for each of 24 slices
+    ],
+)
+def test_transforms_pay_where_grids_are_small(
+    count: int, size: tuple[float, float, float], pay: bool
+) -> None:
+    cloud = points((2000, size, (0, 0, 0.25)))
+    window = Window.full(LC_R_1080)
+    plane = curved.plane_of(LC_R_1080, WAVELENGTH, window, coding_for("ssb", LC_R_1080).passband)
+    box = clusters.bounding_box(cloud.positions)
+    reference = clusters.reference_of(box, plane)
+    axes = cluster_axes(cloud, reference, plane, 1e-2)
+    assert transforms_pay(count, box, axes, reference, plane, 1e-2) == pay
 
 
 @pytest.mark.parametrize(
