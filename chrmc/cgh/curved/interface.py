@@ -17,6 +17,7 @@ predict   `sample_points` stand for all, `budget_of` gives the `Budget` of a fac
           `light_kept` says whether factors cancel
 cost      `split` gives the clusters, `cost_of` counts a hologram beforehand, `pixels_from` its way
           from nodes to pixels, `waves_looked_at` the look
+few       `SMALL` points times pixels are summed one by one
 at once   `low_rank` does all of this for one cloud; `in_parallel` and `alone` divide the cores up
 """
 
@@ -32,6 +33,7 @@ from chrmc.cgh.curved.baseband import Axes, Summed, cluster_axes, series_for, su
 from chrmc.cgh.curved.chebyshev import chebyshev, interpolation
 from chrmc.cgh.curved.clusters import Plane, bounding_box, cost_of_sums, reference_at, split
 from chrmc.cgh.curved.cost import cost_of, pixels_from, some_of
+from chrmc.cgh.curved.direct import SMALL
 from chrmc.cgh.curved.edge import Reading, readings_of
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, transformed
@@ -44,6 +46,7 @@ from chrmc.parallel import alone, in_parallel
 
 __all__ = [
     "MANY_POINTS",
+    "SMALL",
     "SURE",
     "Axes",
     "Axis",

@@ -21,6 +21,7 @@ import numpy as np
 
 from chrmc.cgh import Method
 from chrmc.cgh.curved.interface import (
+    SMALL,
     SURE,
     Budget,
     Factor,
@@ -76,7 +77,8 @@ def frames(
     cgh : "curved"
     tolerance : relative L2 error of every frame's field against the float64 truth
     reuse : "auto" looks an object up where that costs less than computing it afresh, as counted
-        from the shapes of the work; "always" wherever it can be; the record's `reuse` says which
+        from the shapes of the work, and sums up to 1e6 points times pixels one by one; "always"
+        wherever it can be; the record's `reuse` says which
 
     The record's `error_predicted` stays below the tolerance: an object is keyed anew before it
     would pass it, and where no key frame helps the frame is made as without compensation, in double
@@ -122,18 +124,22 @@ class _Maker:
     def frames(self) -> Iterator[VideoFrame]:
         for number in self._numbers:
             scene_frame = self._scene.frame(number)
+            waves = len(scene_frame.cloud) * self._slm.width * self._slm.height
+            if waves <= SMALL and not self._always:
+                yield self._plain(number, "so few waves are summed one by one")
+                continue
             try:
                 frame = self._frame(scene_frame)
             except ValueError:  # as where waves all but cancel: `curved` has other ways
-                frame = self._plain(number)
+                frame = self._plain(number, "the low-rank form is not exact enough")
             yield frame
 
-    def _plain(self, number: int) -> VideoFrame:
+    def _plain(self, number: int, why: str) -> VideoFrame:
         """A frame as without compensation: made, or refused, when it is asked for."""
         given = self._scene, self._slm, self._wavelength, "curved", range(number, number + 1)
         frame = next(none.frames(*given, self._coding, tolerance=self._tolerance))
-        why = "afresh: the low-rank form is not exact enough"
-        frame.record.reuse = {obj.name: why for obj in frame.scene_frame.objects if len(obj.cloud)}
+        lit = [obj.name for obj in frame.scene_frame.objects if len(obj.cloud)]
+        frame.record.reuse = dict.fromkeys(lit, f"afresh: {why}")
         return frame
 
     def _frame(self, scene_frame: SceneFrame) -> VideoFrame:
@@ -303,11 +309,7 @@ class _Maker:
             return None
 
     def _track(
-        self,
-        obj: ObjectFrame,
-        factors: list[Factor],
-        budget: Budget,
-        group: Group | None,
+        self, obj: ObjectFrame, factors: list[Factor], budget: Budget, group: Group | None
     ) -> _Track:
         self._versions += 1
         return _Track(obj, factors, budget, group, self._versions)

@@ -19,6 +19,7 @@ from chrmc.slm import SLM
         3025,  # one row
         1031,  # two points: their error stands in one corner
         6001,  # three points 17 m away: a strip of thousands of places
+        8200321,  # seven points, most of whose error is in one row of pixels
     ],
 )
 def test_the_promise_is_kept_or_refused(seed: int) -> None:
