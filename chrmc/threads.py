@@ -38,6 +38,7 @@ class _OneBlasThread:
         with self._lock:
             if self._askers == 0:
                 self._controller = self._controller or ThreadpoolController()
+                self._take_over()
                 self._limit = self._controller.limit(limits=1, user_api="blas")
             self._askers += 1
 
@@ -45,7 +46,17 @@ class _OneBlasThread:
         with self._lock:
             self._askers -= 1
             if self._askers == 0:
+                self._take_over()
                 self._limit.restore_original_limits()
+                self._take_over()
+
+    def _take_over(self) -> None:
+        """threadpoolctl 3.8 and newer silently ignore all threads but the first to set a limit;
+        here whoever comes first sets it, and the last gives it back."""
+        assert self._controller is not None
+        for library in self._controller.lib_controllers:
+            if hasattr(library, "clear_controlling_thread"):
+                library.clear_controlling_thread(force=True)
 
 
 ONE_BLAS_THREAD = _OneBlasThread()
