@@ -1,11 +1,14 @@
 """Pictures through OpenImageIO, with every return value looked at: the one place that opens
 and writes them, and the reader of 8-bit grey ones."""
 
+import errno
+import os
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
+from shutil import disk_usage
 from typing import Any
 
 import numpy as np
@@ -49,11 +52,12 @@ def write_pixels(
             raise OSError(f"{path}: {_line(out.geterror())}")
         written = out.write_image(np.ascontiguousarray(pixels))
         closed = out.close()
-        if not (written and closed):
-            raise OSError(f"{path}: {_line(out.geterror())}")
         # The EXR writer says nothing of a disk that is full when the file is closed.
-        if path.suffix.lower() == ".exr" and not _whole(partial):
-            raise OSError(f"{path}: could not be written whole; is the disk full?")
+        if written and closed and (path.suffix.lower() != ".exr" or _whole(partial)):
+            return
+        if disk_usage(path.parent).free < pixels.nbytes:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+        raise OSError(f"{path}: {_line(out.geterror()) or 'could not be written whole'}")
 
     # Signals are the main thread's: libpng prints a line of its own where one comes after a file is
     # opened and before it has pixels.

@@ -183,6 +183,7 @@ def test_long_work_that_is_disturbed_keeps_what_is_finished(
         status, told = full(arguments, work, 40 if name == "extremes" else 84)
         assert status == 2, told
         assert told.count("\n") == 1 and "[Errno" not in told, told
+        assert "no space" in told.lower() and "partial" not in told, told
         assert not list((work / "left").rglob("*.partial*"))
         shutil.rmtree(work / "place")
         (work / "left").rename(work / "place")
