@@ -57,6 +57,7 @@ from chrmc.window import Window
 TOLERANCES = (1e-6, 1e-1)
 """Smallest and largest relative L2 error that can be asked for."""
 
+_NEAR = 5.0  # times a tolerance, up to which another one is named
 _MUCH, _HARDLY = 0.1, 0.5  # closer nodes, of the aim before; an error all but as large as before
 
 
@@ -144,10 +145,12 @@ def low_rank(
             break  # nor do they where they did not so far, and the next would take minutes
         before, closer = error, max(0.7 * allowed / error, 1e-3)
         aim *= closer
+    enough = float(f"{2 * tolerance * error / allowed:.1g}")
+    # Far from it, as where waves cancel, what coarser nodes would do nobody has tried.
+    more = f"allow {enough:g}, or " if enough <= min(_NEAR * tolerance, TOLERANCES[1]) else ""
     raise ValueError(
         f"the curved method cannot promise a tolerance of {tolerance:g} here: it expects an error "
-        f"of {error:.3g}, as where waves all but cancel; allow "
-        f"{min(1.5 * error, TOLERANCES[1]):.1g}, or use rt"
+        f"of {error:.3g}, as where waves all but cancel; {more}use rt"
     )
 
 

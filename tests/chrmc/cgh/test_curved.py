@@ -1,5 +1,6 @@
 """The curved hologram against the float64 sum of spherical waves."""
 
+import re
 from functools import cache
 
 import numpy as np
@@ -144,6 +145,24 @@ def test_a_tolerance_that_cancelling_waves_put_out_of_reach_is_refused() -> None
     cloud = PointCloud(pairs, np.ones(200), np.repeat([0.0, np.pi], 100))
     with pytest.raises(ValueError, match="cannot promise a tolerance of 1e-06 here: it expects"):
         compute_field(cloud, LC_R_1080, WAVELENGTH, "curved", tolerance=1e-6)
+
+
+def test_the_tolerance_that_a_refusal_names_is_kept() -> None:
+    """It names none where waves cancel so far that nobody knows."""
+    random, named = np.random.default_rng(7), 0
+    for _ in range(60):
+        places = random.uniform(-1e-4, 1e-4, (20, 3)) + np.array([0, 0, 0.25])
+        pairs = np.concatenate([places, places + np.array([10 ** random.uniform(-7, -4), 0, 0])])
+        cloud = PointCloud(pairs, np.ones(40), np.repeat([0.0, np.pi], 20))
+        given = cloud, PANEL, WAVELENGTH, Window.full(PANEL), full_band(PANEL)
+        try:
+            curved.low_rank(*given, tolerance=10 ** random.uniform(-6, -5))
+        except ValueError as refused:
+            said = re.search(r"allow (\S+), or use rt", str(refused))
+            if said is not None:
+                named += 1
+                assert curved.low_rank(*given, tolerance=float(said[1])).factors
+    assert named
 
 
 def test_amplitudes_a_million_million_apart() -> None:
