@@ -36,7 +36,8 @@ _MOST = 5000  # nodes of a box
 # pair of them along y and z, a node of its box; what a point takes that is transformed.
 _POINT, _ENTRY, _PAIR, _PRODUCT, _TRANSFORMED = 1e4, 300.0, 190.0, 8.0, 4e4
 _WORTH = 0.7  # of the work, that must be left
-_TIGHT, _DOUBLE = 5e-5, 2.0  # tolerances without transforms; what double precision takes more
+_TIGHT, _DOUBLE = 5e-5, 2.0  # tolerances in double precision, and what that takes more
+_READ = 3e-4  # tolerances that filters, hence transforms, serve
 _BOXES = (1, 2, 4, 8, 16, 32, 64, 128, 256)
 _CHUNK = 1 << 14  # points gathered at once
 
@@ -89,7 +90,10 @@ def condensing_of(
         for size, swing, close in zip(sizes, swings, closest, strict=True)
     ]
     each = clusters.cost_at(axes, box, count, plane, tolerance) / count
-    each = _DOUBLE * each if tolerance < _TIGHT else min(each, _TRANSFORMED)
+    if tolerance < _TIGHT:
+        each *= _DOUBLE
+    elif tolerance > _READ:
+        each = min(each, _TRANSFORMED)
     best, chosen = _WORTH * each * count, None
     for x, y, z in product(*ways):
         way = Condensing((x[0], y[0], z[0]), (x[1], y[1], z[1]), carrier)
