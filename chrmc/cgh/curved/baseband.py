@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved import clusters, condense
 from chrmc.cgh.curved.assembly import Factor, add_field, reference_cycles
+from chrmc.cgh.curved.bandwidth import Needs
 from chrmc.cgh.curved.clusters import Plane
-from chrmc.cgh.curved.nodes import Axis, Needs, axis_behind, make_axis
+from chrmc.cgh.curved.nodes import Axis, axis_behind, make_axis
 from chrmc.cgh.curved.nonuniform import nonuniform_baseband, transforms_pay
-from chrmc.cgh.curved.predict import ROUNDING, Budget, expected_error, light_of
+from chrmc.cgh.curved.predict import ROUNDING, Budget, expected_error, together
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.tables import (
     MOST_AT_ONCE,
@@ -126,7 +127,7 @@ def make_factor(cloud: PointCloud, plane: Plane, tolerance: float) -> tuple[Fact
         return _no_light(axes, reference), Budget(0.0, 0.0)
     wave = Wave(reference, plane.wavelength, plane.reach)
     places = plane.x.places, plane.y.places
-    expected: list[tuple[float, float]] = []
+    expected: list[Budget] = []
     way = condense.condensing_of(box, len(cloud), axes, plane, tolerance)
     few = cloud if way is None else condense.condensed(cloud, way)
     plane = replace(plane, points=ceil(plane.points * len(few) / len(cloud)))
@@ -140,8 +141,7 @@ def make_factor(cloud: PointCloud, plane: Plane, tolerance: float) -> tuple[Fact
     if not expected:
         expect(missed)
     factor = Factor(*axes, reference, *_single(real, imag))
-    error, rounding = expected[0]
-    return factor, Budget(error, light_of(factor), rounding)
+    return factor, together(expected[0], factor)
 
 
 def _no_light(axes: Axes, reference: Reference) -> Factor:

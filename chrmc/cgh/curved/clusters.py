@@ -6,7 +6,8 @@ from math import ceil, log10, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from chrmc.cgh.curved.nodes import Axis, Extent, Line
+from chrmc.cgh.curved.bandwidth import Extent
+from chrmc.cgh.curved.nodes import Axis, Line
 from chrmc.cgh.curved.wave import Reference
 from chrmc.optics.footprint import SOFT_SHARE
 from chrmc.scene.points import PointCloud

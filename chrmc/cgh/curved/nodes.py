@@ -5,14 +5,15 @@ where the soft edges fall, as dense as the edges ask. Nodes of a run without edg
 its end hold the light without its footprint, so that the run stays smooth throughout.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, hypot
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chrmc.cgh.curved.band import Grid, band_grid, band_matrix, edge_grid, edge_matrix
+from chrmc.cgh.curved.bandwidth import Needs, bandwidth
 from chrmc.optics.footprint import SOFT_SHARE, taper
 
 Floats = NDArray[np.float64]
@@ -158,56 +159,6 @@ def part_of(axis: Axis, tapered: bool) -> tuple[Axis, NDArray[np.intp]]:
     return Axis(axis.nodes[place], tuple(runs), ()), place
 
 
-@dataclass(frozen=True)
-class Extent:
-    """A cluster along one axis: lateral and depth range, reference centre, farthest offset across.
-
-    across : largest distance of a target from a point along the other axis, metres
-    """
-
-    low: float
-    high: float
-    z_low: float
-    z_high: float
-    centre: float
-    z_centre: float
-    across: float
-
-
-def local_frequency(targets: Iterable[float], extent: Extent, wavelength: float) -> float:
-    """Largest |∂phase/∂t|/2π at targets t, of a wave in the extent against the reference."""
-    largest = 0.0
-    for t in targets:
-        own = t - extent.centre
-        reference = own / hypot(own, extent.z_centre)
-        for x in (extent.low, extent.high):
-            d = t - x
-            for z in (extent.z_low, extent.z_high):
-                near = d / hypot(d, z) - reference
-                far = d / hypot(d, z, extent.across) - reference
-                largest = max(largest, near, -near, far, -far)
-    return largest / wavelength
-
-
-@dataclass(frozen=True)
-class Needs:
-    """What an axis's nodes must resolve.
-
-    extent, wavelength : of the cluster
-    reach : footprint half-width per depth, inf for none
-    tolerance : rms error of interpolation, of the light
-    lit : metres of the axis that the light falls on
-    block : spacings of nodes that a block should have, about
-    """
-
-    extent: Extent
-    wavelength: float
-    reach: float
-    tolerance: float
-    lit: float
-    block: float
-
-
 def make_axis(line: Line, x: Floats, z: Floats, needs: Needs) -> Axis:
     """Nodes and blocks of a cluster's baseband for even targets.
 
@@ -266,7 +217,7 @@ def _smooth_run(line: Line, needs: Needs) -> Axis:
         low, high = line.first - margin, line.first + step * (count - 1) + margin
         across = needs.extent.across * (1 + 2 * margin / (step * count))
         extent = replace(needs.extent, across=across)
-        wide = local_frequency((low, (low + high) / 2, high), extent, needs.wavelength)
+        wide = bandwidth(low, high, replace(needs, extent=extent))
         if 2 * wide * step <= 1.02 * nyquist:
             break
         nyquist = 2 * wide * step
@@ -287,8 +238,7 @@ def _edge_run(line: Line, needs: Needs, edge: tuple[float, float, float]) -> Axi
     edge : width of the soft edges, and where the light begins and ends
     """
     count, step = line.count, line.step
-    ends = line.first, line.first + step * (count - 1) / 2, line.first + step * (count - 1)
-    nyquist = 2 * local_frequency(ends, needs.extent, needs.wavelength) * step
+    nyquist = 2 * bandwidth(line.first, line.last, needs) * step
     width, lit = edge[0] / step, needs.lit / step
     tolerance = needs.tolerance
     grid = edge_grid(count, nyquist, width, lit, tolerance, needs.block)

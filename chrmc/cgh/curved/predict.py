@@ -3,11 +3,12 @@
 Interpolation along x and along y is tried out on a few of the cluster's points, one axis at a
 time, at a few targets of each block; the series' left-out terms are known; rounding was measured.
 Errors of points with unrelated phases add in power. The light they are relative to is read from
-the baseband at the nodes.
+the baseband at the nodes; where points shine brighter together than each by itself, so do their
+errors, and it is that of each.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot, sqrt
 
 import numpy as np
@@ -25,7 +26,7 @@ Floats = NDArray[np.float64]
 
 _POINTS = 4  # strongest, outermost in x and outermost in y that are tried
 _OTHERS = 20  # that stand for the rest
-_TARGETS = 5  # targets of each block that are tried; more where there are few blocks
+_TARGETS = 5  # targets of each block that are tried, more at the ends of runs or of few blocks
 ROUNDING = 5e-7
 """Relative error that single-precision products and pixels leave."""
 _FEW_POINTS = 8
@@ -85,42 +86,64 @@ def axis_powers(axis: Axis, targets: Floats, along: Along) -> tuple[Floats, Floa
 
     along : the points' waves; their weights count only where a footprint ends
     """
-    # Panels of a run are alike: three of them stand for all.
-    chosen: list[tuple[Block, bool, float]] = []
+    # Blocks of a run are alike but for its ends: three of them stand for all.
+    chosen: list[tuple[Block, bool, float, tuple[bool, bool]]] = []
     for run in axis.runs:
         own = axis.blocks_of(run)
-        few = [own[i] for i in sorted({0, len(own) // 2, len(own) - 1})] if own else []
-        times = sum(p.target_count for p in own) / max(1, sum(p.target_count for p in few))
-        chosen += [(block, run.tapered, times) for block in few]
+        inner = sum(block.target_count for block in own[1:-1])
+        for i in sorted({0, len(own) // 2, len(own) - 1}) if own else []:
+            ends = i == 0, i == len(own) - 1
+            times = 1.0 if any(ends) else inner / own[i].target_count
+            chosen.append((own[i], run.tapered, times, ends))
     if not chosen:
         nothing = np.zeros(len(along.x))
         return nothing, nothing
-    at_nodes = along.waves(np.concatenate([axis.nodes[block.nodes] for block, _, _ in chosen]))
+    at_nodes = along.waves(np.concatenate([axis.nodes[block.nodes] for block, *_ in chosen]))
     at_least = 120 // len(at_nodes)  # the edge of a single point is easily missed
     picks, guesses, weights = [], [], []
     start = 0
-    for number, (block, tapered, times) in enumerate(chosen):
+    for number, (block, tapered, times, ends) in enumerate(chosen):
         # Other places in each block, the error being small near its nodes.
-        n = min(max(_TARGETS, 16 // len(chosen), at_least), block.target_count)
-        shift = 0.618 * (number + 1) % 1
-        index = ((np.arange(n) + shift) / n * block.target_count).astype(np.intp)
-        index = np.minimum(index, block.target_count - 1)
+        count = max(_TARGETS, 16 // len(chosen), at_least)
+        index, weight = _tried(block.target_count, count, 0.618 * (number + 1) % 1, ends)
         picks.append(targets[block.targets][index])
         values = at_nodes[:, start : start + block.node_count]
         start += block.node_count
         if tapered:
             values = values * along.weights(axis.nodes[block.nodes])
         guesses.append(values[:, index] if block.matrix is None else values @ block.matrix[index].T)
-        weights.append(np.full(n, times * block.target_count / n))
+        weights.append(times * weight)
     exact = along.waves(np.concatenate(picks))
     first = 0
-    for (_, tapered, _), places in zip(chosen, picks, strict=True):
+    for (_, tapered, *_), places in zip(chosen, picks, strict=True):
         if tapered:
             exact[:, first : first + len(places)] *= along.weights(places)
         first += len(places)
     weight = np.concatenate(weights)
     missed = np.abs(np.concatenate(guesses, axis=1) - exact) ** 2
     return np.abs(exact) ** 2 @ weight, missed @ weight
+
+
+def _tried(
+    targets: int, count: int, shift: float, ends: tuple[bool, bool]
+) -> tuple[NDArray[np.intp], Floats]:
+    """Some of a block's targets, and how many each stands for.
+
+    count : of them, evenly spread
+    shift : of each in its share, 0 to 1
+    ends : whether the run begins and ends with the block: there the error may grow a hundredfold
+        over the last few targets, and more of them are tried
+    """
+    count = min(count, targets)
+    cuts = {targets * i // count for i in range(count + 1)}
+    finer = [2**i for i in range(targets.bit_length()) if 2**i < targets // count]
+    if ends[0]:
+        cuts.update(finer)
+    if ends[1]:
+        cuts.update(targets - n for n in finer)
+    bounds = np.array(sorted(cuts))
+    sizes = np.diff(bounds)
+    return bounds[:-1] + (shift * sizes).astype(np.intp), sizes.astype(np.float64)
 
 
 def light_of(factor: Factor) -> float:
@@ -141,18 +164,24 @@ def budget_of(
     targets: tuple[Floats, Floats],
     wave: Wave,
     missed: Remainder,
+    each: float = 1.0,
 ) -> Budget:
     """Expected error and light of one cluster's factor.
 
-    cloud : the points it was made from
+    cloud : the points it was made from, or some of them
     targets : x and y of the pixels
     missed : what the sums at the nodes miss
+    each : its power over that of the cloud
     """
     if not factor.real.size:
         return Budget(0.0, 0.0)
-    axes = factor.axis_x, factor.axis_y
-    error, rounding = expected_error(axes, cloud, targets, wave, missed)
-    return Budget(error, light_of(factor), rounding)
+    apart = expected_error((factor.axis_x, factor.axis_y), cloud, targets, wave, missed)
+    return together(Budget(each * apart.error, each * apart.light, each * apart.rounding), factor)
+
+
+def together(apart: Budget, factor: Factor) -> Budget:
+    """The budget of a factor, from that of its points each for itself."""
+    return replace(apart, light=min(apart.light, light_of(factor)))
 
 
 def expected_error(
@@ -161,8 +190,8 @@ def expected_error(
     targets: tuple[Floats, Floats],
     wave: Wave,
     missed: Remainder,
-) -> tuple[float, float]:
-    """Expected Σ|error|² over the targets, known before the baseband is; of it, the rounding's."""
+) -> Budget:
+    """Of points each for itself, known before the baseband is."""
     reference = wave.reference
     strength = (cloud.amplitude * reference.modulus(cloud.positions[:, 2])) ** 2
     chosen, weight = sample_points(strength, cloud.positions)
@@ -181,9 +210,10 @@ def expected_error(
     if missed.series is not None:
         places = by_curvature(cloud.positions[chosen])
         dropped += missed.series.missed(places, reference.kernel(wave.wavelength), wave.reach)
-    rounding = ROUNDING**2 * light_x * light_y
-    error = miss_x * light_y + light_x * miss_y + dropped * light_x * light_y + rounding
-    return float(weight @ error), float(weight @ rounding)
+    light = light_x * light_y
+    rounding = ROUNDING**2 * light
+    error = miss_x * light_y + light_x * miss_y + dropped * light + rounding
+    return Budget(float(weight @ error), float(weight @ light), float(weight @ rounding))
 
 
 def spots_of(axis: Axis, points: Floats, half: Floats) -> Floats:

@@ -1,7 +1,7 @@
 """One object's frames from its light on a sphere of directions."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
@@ -94,8 +94,8 @@ class Group:
             )  # fmt: skip
             missed = Remainder(None, self.sphere.expected_error(visible))
             places = self._plane.x.places, self._plane.y.places
-            budget = budget_of(factor, plan.some, places, wave, missed)
-            budget = Budget(plan.scale * budget.error + plan.missed, budget.light)
+            budget = budget_of(factor, plan.some, places, wave, missed, plan.scale)
+            budget = replace(budget, error=budget.error + plan.missed)
         self.count = Count(appeared, vanished, soft, self.sphere.taken())
         self._visible = visible
         return factor, budget

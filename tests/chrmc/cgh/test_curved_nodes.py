@@ -1,10 +1,17 @@
-"""Nodes of clusters that take hardly any."""
+"""Nodes: how few there are, and what they tell."""
+
+from itertools import product
+from math import hypot, inf
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from chrmc import SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
+from chrmc.cgh.curved.bandwidth import Extent, Needs
+from chrmc.cgh.curved.nodes import Line, make_axis
 from chrmc.optics.passband import full_band
 from chrmc.reference import reference_field, relative_error
 from chrmc.window import Window
@@ -21,3 +28,48 @@ def test_a_single_point_takes_few_nodes_that_tell_it(tolerance: float) -> None:
     truth = reference_field(point, slm, WAVELENGTH)
     made = curved.field_of([factor], slm, WAVELENGTH, Window.full(slm))
     assert relative_error(made, truth) < tolerance
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    tolerance=st.sampled_from([1e-2, 1e-3, 1e-4]),
+    depth=st.floats(0.5, 4),
+    middle=st.floats(-0.7, 0.7),
+    size=st.floats(-3, -0.5),
+    thickness=st.floats(-3, -0.7),
+    across=st.floats(0.05, 0.5),
+    waves=st.floats(0.3, 2),
+)
+def test_waves_whose_frequency_changes_are_told_everywhere(
+    tolerance: float,
+    depth: float,
+    middle: float,
+    size: float,
+    thickness: float,
+    across: float,
+    waves: float,
+) -> None:
+    """From half a panel's width away to four: there a wave's frequency is no one number."""
+    pitch, count = 1e-6, 1000
+    width = pitch * count
+    z, wavelength = depth * width, width * 10 ** (size - waves)
+    centre, half = middle * width, width * 10**size / 2
+    deep = z * 10**thickness / 2
+    z_centre = hypot(z, 0.6 * across * width)
+    extent = Extent(
+        centre - half, centre + half, z - deep, z + deep, centre, z_centre, across * width
+    )
+    line = Line(-width / 2, pitch, count)
+    x, depths = np.array([extent.low, extent.high]), np.array([extent.z_low, extent.z_high])
+    axis = make_axis(line, x, depths, Needs(extent, wavelength, inf, tolerance, width, 20.0))
+
+    def wave(t: np.ndarray, x: float, z: float) -> np.ndarray:
+        own = np.hypot(t - centre, z_centre) - z_centre
+        return np.exp(2j * np.pi / wavelength * (np.hypot(t - x, z) - z - own))
+
+    for corner in product(x, [*depths, *np.hypot(depths, across * width)]):
+        nodes = wave(axis.nodes, *corner)
+        told = np.concatenate(
+            [nodes[b.nodes] if b.matrix is None else b.matrix @ nodes[b.nodes] for b in axis.blocks]
+        )
+        assert np.sqrt(np.mean(np.abs(told - wave(line.places, *corner)) ** 2)) < 3 * tolerance

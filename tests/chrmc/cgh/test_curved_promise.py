@@ -13,6 +13,7 @@ from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud, compute_field, paralle
 from chrmc.cgh import curved, field_and_error, rt
 from chrmc.cgh.counts import STATED
 from chrmc.cgh.curved import predict, verify
+from chrmc.cgh.curved.along import waves_along
 from chrmc.cgh.curved.baseband import cluster_axes
 from chrmc.cgh.curved.clusters import bounding_box, reference_of
 from chrmc.cgh.curved.direct import rounding_of
@@ -158,6 +159,44 @@ def test_each_source_of_error_is_expected_where_it_dominates(wrong: str) -> None
     else:
         assert error / 2.5 < budget.relative < 2.5 * error
         assert error > 1e-3
+
+
+@pytest.mark.parametrize("depth", [0.1, 0.2, 2.0])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6])
+def test_what_is_missed_at_the_end_of_the_light_is_expected(depth: float, tolerance: float) -> None:
+    """A few columns there hold most of the error of points whose light ends on the panel."""
+    slm = SLM("wide", 1400, 300, 4e-6)
+    plane = curved.plane_of(slm, WAVELENGTH, Window.full(slm), full_band(slm))
+    at = plane.x.first - depth * plane.reach[0] + 150 * slm.pixel_pitch
+    cloud = cloud_of(30, (5e-6 * depth,) * 3, (at, 0.0, depth))
+    reference = reference_of(bounding_box(cloud.positions), plane)
+    axis = cluster_axes(cloud, reference, plane, tolerance)[0]
+    along = waves_along(Wave(reference, WAVELENGTH, plane.reach), 0, cloud.positions.T)
+    _, missed = predict.axis_powers(axis, plane.x.places, along)
+    every = 0.0
+    read = [(run, block) for run in axis.runs for block in axis.blocks_of(run)]
+    for run, block in read:
+        nodes, targets = axis.nodes[block.nodes], plane.x.places[block.targets]
+        told, truth = along.waves(nodes), along.waves(targets)
+        if run.tapered:
+            told, truth = told * along.weights(nodes), truth * along.weights(targets)
+        told = told if block.matrix is None else told @ block.matrix.T
+        every += float(np.sum(np.abs(told - truth) ** 2))
+    assert missed.sum() == pytest.approx(every, rel=0.8)
+
+
+def test_points_that_shine_brighter_together_err_as_each_does() -> None:
+    """A lattice of one phase is a hundred times brighter than one of any phases."""
+    band = full_band(PANEL)
+    plane = curved.plane_of(PANEL, WAVELENGTH, Window.full(PANEL), band)
+    side = np.arange(40) * 1e-6
+    places = np.stack([*np.meshgrid(side, side), np.full((40, 40), 0.02)], -1).reshape(-1, 3)
+    phases = np.random.default_rng(0).uniform(0, 2 * np.pi, len(places))
+    one, any_ = (
+        curved.make_factor(PointCloud(places, np.ones(1600), phase), plane, 1e-2)[1]
+        for phase in (np.zeros(1600), phases)
+    )
+    assert 0.5 < one.relative / any_.relative < 2
 
 
 def test_the_exact_signal_is_the_fields_real_part_on_its_carrier() -> None:
