@@ -78,7 +78,7 @@ def nonuniform_baseband(
     aim = _SHARE * tolerance
     taps = taps_for(aim)
     both = _sides((along[0].places, along[1].places), box, reference, plane, taps)
-    if max(float(np.abs(side.grid.places).max()) for side in both) > _STEEPEST:
+    if _too_steep(both):
         return None
     count = _slices(both, box, len(cloud), reference, plane)
     slices = clusters.leaves(cloud, box, (1, 1, count))
@@ -155,6 +155,8 @@ def transforms_pay(
         return False
     places = axes[0].nodes, axes[1].nodes
     sides = _sides(places, box, reference, plane, taps_for(_SHARE * tolerance))
+    if _too_steep(sides):
+        return False
     samples = 4.0 * sides[0].grid.count * sides[1].grid.count  # twice as dense each way
     work = _FOURIER * _slices(sides, box, count, reference, plane) * samples * log2(samples)
     sums = clusters.cost_at(axes, box, count, plane, tolerance)
@@ -172,6 +174,11 @@ def _sides(
         widest = float(np.abs(box[axis] - centre).max() / box[2, 0] * reference.z)
         sides.append(_side(places[axis], centre, z, widest / plane.wavelength, taps))
     return sides[0], sides[1]
+
+
+def _too_steep(sides: tuple["_Side", "_Side"]) -> bool:
+    """Whether a grid goes beyond the sines that places have, or nearly."""
+    return max(float(np.abs(side.grid.places).max()) for side in sides) > _STEEPEST
 
 
 def _slices(

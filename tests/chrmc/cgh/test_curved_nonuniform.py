@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 
-from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
+from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud, compute_field
 from chrmc.cgh.curved import clusters, nonuniform, plane_of
 from chrmc.cgh.curved.baseband import cluster_axes
 from chrmc.cgh.curved.nonuniform import nonuniform_baseband
 from chrmc.cgh.curved.tables import exact_baseband
 from chrmc.cgh.curved.wave import Wave
 from chrmc.encoding import coding_for
+from chrmc.optics.passband import UNLIMITED
+from chrmc.reference import reference_field, relative_error
 from chrmc.window import Window
 
 
@@ -75,3 +77,21 @@ def test_without_edges_it_is_as_exact_as_asked() -> None:
 
 def test_edges_that_no_filter_is_good_enough_for_are_left_to_the_points() -> None:
     assert missed(cloud((1.6e-3, 6e-4, 7e-4), (0.0, 1.1e-3, 0.252)), LC_R_1080, 1e-5) is None
+
+
+def test_many_points_that_graze_the_panel_are_not_transformed() -> None:
+    """Their grid of directions would go past the horizon."""
+    random = np.random.default_rng(2)
+    slm, count = SLM("fine", 40, 60, 1e-6), 30_000
+    points = PointCloud(
+        (random.random((count, 3)) - 0.5) * 1e-6 + (0.0, 0.02, 0.006),
+        np.ones(count), random.uniform(0, 6.3, count),
+    )  # fmt: skip
+    wavelength, tolerance = 8e-6, 1e-3
+    assert count >= nonuniform.MANY_POINTS
+    with np.errstate(all="raise", under="ignore"):
+        made = compute_field(
+            points, slm, wavelength, "curved", passband=UNLIMITED, tolerance=tolerance
+        )
+    truth = reference_field(points, slm, wavelength, passband=UNLIMITED)
+    assert relative_error(made, truth) < tolerance
