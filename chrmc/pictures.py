@@ -134,12 +134,13 @@ def opened(path: Path) -> Iterator[Any]:
 def _check_png(path: Path) -> None:
     """OSError for a PNG that is damaged or cut short, of which libpng would print lines of its own:
     every part of the file holds its checksum."""
+    size = path.stat().st_size
     with path.open("rb") as file:
         kind = b"" if file.read(len(_PNG)) == _PNG else b"IEND"
         while kind != b"IEND":
             head = file.read(8)
             kind = head[4:]
-            body = file.read(int.from_bytes(head[:4], "big"))
+            body = file.read(min(int.from_bytes(head[:4], "big"), size))
             if file.read(4) != zlib.crc32(body, zlib.crc32(kind)).to_bytes(4, "big"):
                 raise OSError(f"{path} is damaged or cut short: write it again")
 

@@ -39,7 +39,8 @@ def receive(
 
     limit : bytes of payload that are taken; a longer one raises Broken before anything of it is
         read
-    seconds : for the JSON, in all: one byte now and then would keep others out for hours
+    seconds : for the JSON, and again for the payload and each megabyte of it: one byte now and
+        then would keep others out for hours
     """
     end = time.monotonic() + seconds
     start = _read(connection, _LENGTH.size, end, may_end=True)
@@ -59,12 +60,11 @@ def receive(
         raise Broken(f"bytes is a count, not {str(count)[:40]!r}")
     if count > limit:
         raise Broken(f"{count} bytes announced; this panel's frames have {limit} at most")
-    return message, (_read(connection, count) or b"") if count else b""
+    end = time.monotonic() + seconds * (1 + count / 1e6)
+    return message, (_read(connection, count, end) or b"") if count else b""
 
 
-def _read(
-    connection: socket.socket, count: int, end: float = float("inf"), may_end: bool = False
-) -> bytes | None:
+def _read(connection: socket.socket, count: int, end: float, may_end: bool = False) -> bytes | None:
     held = bytearray()
     while len(held) < count:
         if time.monotonic() > end:

@@ -426,11 +426,17 @@ def test_a_picture_that_is_too_large_is_refused_without_a_warning(served):
     assert not told
 
 
-def test_who_sends_a_byte_now_and_then_does_not_keep_the_panel(served, monkeypatch):
+@pytest.mark.parametrize("inside", ["the JSON", "the payload"])
+def test_who_sends_a_byte_now_and_then_does_not_keep_the_panel(inside, served, monkeypatch):
     _, address, told = served
     monkeypatch.setattr("display.serve._PATIENCE", 0.5)
     with dial(address) as slow:
-        slow.sendall(struct.pack(">I", 60_000))
+        if inside == "the JSON":
+            slow.sendall(struct.pack(">I", 60_000))
+        else:
+            slow.sendall(raw_message({"do": "hello"}))
+            assert raw_answer(slow)["ok"]
+            slow.sendall(raw_message({"do": "show", "bytes": 5000}))
         end = time.monotonic() + 240
         with contextlib.suppress(OSError):  # it hung up
             while time.monotonic() < end and not any("in time" in line for line in told):

@@ -5,6 +5,7 @@ import resource
 import shutil
 import struct
 import time
+import tracemalloc
 import zlib
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import pytest
 
 from chrmc.cli.main import group, main
 from chrmc.files import sha256
-from chrmc.pictures import write_pixels
+from chrmc.pictures import read_grey, write_pixels
 
 SIDE = 60_000
 CLAIMED = 200_000
@@ -166,3 +167,15 @@ def test_a_damaged_png_is_one_line(
     told = capfd.readouterr().err
     assert ended.value.code == 2 and told.count("\n") == 1, told
     assert "is damaged or cut short" in told
+
+
+def test_a_png_whose_part_claims_more_than_the_file_has(tmp_path: Path) -> None:
+    claim = struct.pack(">I", 0xFFFFFFF0) + b"IDAT" + bytes(9)
+    (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + claim)
+    tracemalloc.start()
+    try:
+        with pytest.raises(OSError, match="damaged or cut short"):
+            read_grey(tmp_path / "a.png")
+        assert tracemalloc.get_traced_memory()[1] < 100e6
+    finally:
+        tracemalloc.stop()
