@@ -53,12 +53,12 @@ _QUICK = 1e7  # the same up to which that is quicker than smaller clusters
 _MOST_LEAVES = 2000  # sub-clusters of a cluster, some 20 ms each
 _SAMPLES = 0.1  # of a series, for each wave that it saves
 SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
-_TIGHT, _EXPECTED = 2e-5, 0.9  # of such aims, what may be expected that nodes and series miss
+TIGHT, _EXPECTED = 2e-5, 0.9  # of such tolerances, what nodes and series may be expected to miss
 
 
 def first_aim(tolerance: float) -> float:
     """What nodes and series aim at: where attempts are long, with room for rounding and luck."""
-    if tolerance > _TIGHT:
+    if tolerance > TIGHT:
         return tolerance
     allowed = max(0.64 * tolerance**2 - 1.2 * ROUNDING**2, 0.1 * tolerance**2)
     return sqrt(allowed) / _EXPECTED

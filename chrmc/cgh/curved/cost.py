@@ -36,7 +36,7 @@ _HOLOGRAM, _CLUSTER, _LEAF, _TERM = 5000.0, 6500.0, 8000.0, 150.0
 _NODE, _BLOCK = 700.0, 80.0
 _ENTRY, _WAVE = 4.2, 8.0
 _FETCHED = 1.25  # of a product's time, its matrices being out of the cache
-_TIGHT, _AGAIN = 2e-5, 1.2  # tolerances that take a second attempt, now and then
+_AGAIN = 1.2  # of tight tolerances, which take a second attempt now and then
 _TRANSFORMED, _TRANSFORMS = 200.0, 5e4  # phasors of a point that is transformed, steps beside
 _FILTERS = 3e7  # phasors of the filters without which there are no transforms
 _EDGE, _MIDDLE = 40, 1.5  # nodes of an edge that filters are tried for, and how much worse they are
@@ -74,7 +74,7 @@ def cost_of(
         calls=_HOLOGRAM,
         memory=12.0 * pixels + 80.0 * len(cloud),
     )
-    again = 1.0 if tolerance > _TIGHT else _AGAIN
+    again = 1.0 if tolerance > baseband.TIGHT else _AGAIN
     for part in tried:
         one = _of_cluster(part, plane, baseband.first_aim(tolerance), each)
         total += one.times(again * len(parts) / len(tried))

@@ -164,19 +164,21 @@ def budget_of(
     targets: tuple[Floats, Floats],
     wave: Wave,
     missed: Remainder,
-    each: float = 1.0,
+    scale: float = 1.0,
 ) -> Budget:
     """Expected error and light of one cluster's factor.
 
     cloud : the points it was made from, or some of them
     targets : x and y of the pixels
     missed : what the sums at the nodes miss
-    each : its power over that of the cloud
+    scale : power of all the points over that of the cloud
     """
     if not factor.real.size:
         return Budget(0.0, 0.0)
     apart = expected_error((factor.axis_x, factor.axis_y), cloud, targets, wave, missed)
-    return together(Budget(each * apart.error, each * apart.light, each * apart.rounding), factor)
+    return together(
+        Budget(scale * apart.error, scale * apart.light, scale * apart.rounding), factor
+    )
 
 
 def together(apart: Budget, factor: Factor) -> Budget:

@@ -29,13 +29,11 @@ Reals = NDArray[np.floating]
 MOST_AT_ONCE = 4096
 """Points whose tables are held at once."""
 
-
 Table = tuple[Reals, Reals, Reals]
 """cos, sin and cos + sin of phases, (N, nodes) each."""
 
-
-_MOST_VALUES, _ROWS = 1 << 25, 64  # of all terms, held at once; of nodes, summed at once otherwise
-
+_MOST_VALUES = 1 << 25  # of all terms at all nodes: they are held together, and then added up
+_ROWS = 64  # of nodes, that are summed at once where there are more
 _BLOCK = 128_000  # entries of a table that are made at once: they fit the second cache
 
 
@@ -87,34 +85,33 @@ def _products(
     cuts = np.linspace(0, ny, max(number, 1) + 1).astype(int)
     out = np.empty((terms // together, 2, ny, nx), dtype=scale.dtype)
 
-    def piece(term: int, rows: slice) -> Callable[[], None]:
-        def multiply(term: int, target: Reals) -> None:
-            scaled = np.empty((n, rows.stop - rows.start), dtype=scale.dtype)
-            three = []
-            for table, other in zip(down, across, strict=True):
-                np.multiply(table[:, rows], scale[term][:, None], out=scaled)
-                three.append(scaled.T @ other)
-            both, sine, imag = three
-            imag -= both
-            imag -= sine
-            both -= sine
-            _weigh(weights.of(term, rows), (both, imag), target)
+    def multiply(term: int, rows: slice, target: Reals) -> None:
+        scaled = np.empty((n, rows.stop - rows.start), dtype=scale.dtype)
+        three = []
+        for table, other in zip(down, across, strict=True):
+            np.multiply(table[:, rows], scale[term][:, None], out=scaled)
+            three.append(scaled.T @ other)
+        both, sine, imag = three
+        imag -= both
+        imag -= sine
+        both -= sine
+        _weigh(weights.of(term, rows), (both, imag), target)
 
-        def every() -> None:
-            target = out[term, :, rows]
-            multiply(term, target)
-            if together > 1:
+    def piece(first: int, rows: slice) -> Callable[[], None]:
+        def work() -> None:
+            target = out[first // together, :, rows]
+            multiply(first, rows, target)
+            for term in range(first + 1, first + together):
                 one = np.empty_like(target)
-                for more in range(1, terms):
-                    multiply(more, one)
-                    target += one
+                multiply(term, rows, one)
+                target += one
 
-        return every
+        return work
 
     pieces = [
-        piece(term, slice(int(first), int(last)))
-        for term in range(len(out))
-        for first, last in pairwise(cuts)
+        piece(term, slice(int(low), int(high)))
+        for term in range(0, terms, together)
+        for low, high in pairwise(cuts)
     ]
 
     def total() -> tuple[Reals, Reals]:
