@@ -68,6 +68,7 @@ def bandwidth(low: float, high: float, needs: Needs) -> float:
                 here = frequency(t, x, z)
                 if here > largest:
                     largest, where, of = here, t, (x, z)
+    # Over so little of the run, and of the distance, frequencies are all but parabolas.
     step = min((high - low) / 8, of[1] / 4)
     if largest <= 0 or step <= 0:
         return largest
@@ -76,6 +77,7 @@ def bandwidth(low: float, high: float, needs: Needs) -> float:
             if low <= t <= high and (here := frequency(t, *of)) > largest:
                 largest, where = here, t
     waves = -log10(needs.tolerance)
+    # Of about 1.25 nodes for each that Nyquist asks for.
     block = (high - low) / max(1.0, 2.5 * largest * (high - low) / needs.block)
 
     def fall(by: float) -> float:

@@ -4,8 +4,8 @@ Nothing else of the package is promised. In the order of the computation, see do
 
 plan      `plane_of` says what is planned for, `reference_at` takes the wave out,
           `cluster_axes` gives the nodes (`Axis`, in runs read by blocks), `part_of` some of them
-sum       `sum_points` gives the baseband at nodes, for `cost_of_sums`, by transforms from
-          `MANY_POINTS` on (`transformed`); `make_series`, `chebyshev`
+sum       `sum_points` gives the baseband at nodes, for `cost_of_sums`, or from `MANY_POINTS` on
+          by transforms (`transformed`) where these take less; `make_series`, `chebyshev`
           and `interpolation` are its parts, for sums at other places than a hologram's nodes
 edges     `readings_of` says how nodes are read off a baseband without footprints, by filters
 taps      `taps_for`: reading waves of limited frequency off an even grid
