@@ -63,11 +63,11 @@ def scene(seed, number, wanted):
 @pytest.mark.parametrize(
     ("seed", "number", "kind"),
     [
-        (32, 1, "surface"),  # whose smoothed outlines peak 1.4 mm before it
+        (32, 1, "surface"),  # whose rim has five times the standard error
         (52, 3, "helix"),  # whose cells hold two turns, and have two peaks
     ],
 )
-def test_cells_that_are_surer_than_outlines_count(seed, number, kind):
+def test_cells_that_are_surer_than_the_rim_count(seed, number, kind):
     cloud = scene(seed, number, kind)
     frame = confusion.frame_of([cloud])
     target = Target.of_cloud("body", cloud, confusion.SYSTEM)
