@@ -11,7 +11,7 @@ Soft edges are part of g: their kinks ask for close nodes.
 
 from dataclasses import dataclass
 from itertools import product
-from math import ceil, inf, lgamma, log, pi
+from math import ceil, inf, lgamma, log, pi, prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +58,7 @@ class Condensing:
     @property
     def count(self) -> int:
         """Nodes in all."""
-        return int(np.prod(self.boxes) * self.per_box)
+        return prod(self.boxes) * self.per_box
 
     @property
     def each(self) -> float:
@@ -69,7 +69,7 @@ class Condensing:
     @property
     def per_box(self) -> int:
         """Nodes of a box."""
-        return int(np.prod(self.nodes))
+        return prod(self.nodes)
 
 
 def condensing_of(
@@ -221,7 +221,10 @@ def _grazing(box: Floats, plane: Plane) -> bool:
 def _nodes(kappa: float, tolerance: float) -> int:
     """Chebyshev nodes for waves of up to ±kappa radians: few of them where that is little."""
     most = node_count(kappa, tolerance)
-    for few in range(1, most):
+    if kappa > 2 * _MOST:
+        return most
+    # The bound falls from κ/2 on.
+    for few in range(max(1, int(kappa / 2)), most):
         if few * log(max(kappa / 2, 1e-300)) - lgamma(few + 1) <= log(tolerance / 2):
             return few
     return most

@@ -78,6 +78,13 @@ def test_points_far_apart_stay_as_they_are() -> None:
     assert way_of(cloud_in((1e-5, 1e-5, 1e-6), (0, 8.9e-3, 0.25)), plane, 1e-3) is None
 
 
+@pytest.mark.timeout(20)
+def test_points_a_kilometre_apart_are_soon_left_as_they_are() -> None:
+    """Boxes of a billion nodes are not counted one by one."""
+    plane = plane_for(SMALL, "unlimited", 30_000)
+    assert way_of(cloud_in((1e3, 1e3, 1e2), (0, 0, 97.0)), plane, 1e-2) is None
+
+
 @pytest.mark.parametrize("size", [(2e-9, 2e-9, 2e-9), (3e-4, 1e-6, 1e-5)])
 def test_many_points_close_together_are_little_work(size: Three) -> None:
     cloud = cloud_in(size, (0, 0, 0.25), 200_000)

@@ -73,3 +73,32 @@ def test_waves_whose_frequency_changes_are_told_everywhere(
             [nodes[b.nodes] if b.matrix is None else b.matrix @ nodes[b.nodes] for b in axis.blocks]
         )
         assert np.sqrt(np.mean(np.abs(told - wave(line.places, *corner)) ** 2)) < 3 * tolerance
+
+
+@pytest.mark.parametrize("count", [150, 560])
+@pytest.mark.parametrize("tolerance", [2.6e-7, 5e-7, 1e-6])
+def test_values_in_single_precision_are_told_to_the_tightest_tolerances(
+    tolerance: float, count: int
+) -> None:
+    """Along both axes at once: weights of 15 and more near a block's ends make much of rounding."""
+    frequency, pitch, z = 0.2, 1.0, 1e3
+    extent = Extent(-1.0, 1.0, z, z, 0.0, z, 0.0)
+    line = Line(-count / 2, pitch, count)
+    needs = Needs(extent, 1 / (z * frequency), inf, tolerance, count * pitch, 60.0)
+    axis = make_axis(line, np.array([-1.0, 1.0]), np.full(2, z), needs)
+
+    def read(values: np.ndarray) -> np.ndarray:
+        return np.concatenate(
+            [
+                values[b.nodes] if b.matrix is None else b.matrix @ values[b.nodes]
+                for b in axis.blocks
+            ]
+        )
+
+    for share in (0.5, 0.9, 0.99):
+        nodes, truth = (
+            np.exp(2j * np.pi * share * frequency * t) for t in (axis.nodes, line.places)
+        )
+        single = np.outer(nodes, nodes.conj()).astype(np.complex64)
+        missed = read(read(single).T).T - np.outer(truth, truth.conj())
+        assert np.sqrt(np.mean(np.abs(missed) ** 2)) < tolerance
