@@ -52,6 +52,7 @@ MOST_WAVES = 2e8
 _QUICK = 1e7  # the same up to which that is quicker than smaller clusters
 _MOST_LEAVES = 2000  # sub-clusters of a cluster, some 20 ms each
 _SAMPLES = 0.1  # of a series, for each wave that it saves
+_POLYNOMIALS = 8  # of a point, that take no less than one wave
 SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
 TIGHT, _EXPECTED = 2e-5, 0.9  # of such tolerances, what nodes and series may be expected to miss
 
@@ -277,20 +278,25 @@ def series_for(
     tolerance: float,
     count: int | None = None,
 ) -> Series | None:
-    """The series of the non-separable rest for a cloud's points and some nodes.
+    """The series of the non-separable rest for a cloud's points and some nodes; None where
+    summing points one by one or by smaller clusters is less work.
 
     count : points that the cloud stands for, its own by default
     """
     count = len(cloud) if count is None else count
-    return make_series(
+    waves = len(axes[0].nodes) * len(axes[1].nodes)
+    series = make_series(
         axes[0].span,
         axes[1].span,
         clusters.bounding_box(by_curvature(cloud.positions)),
         reference.kernel(plane.wavelength),
         tolerance * _SERIES_SHARE,
         # Beyond that, summing one by one or a smaller cluster's series is less work.
-        max(20_000, _SAMPLES * count * len(axes[0].nodes) * len(axes[1].nodes)),
+        max(20_000, _SAMPLES * count * waves),
     )
+    if series is not None and len(series.orders) > _POLYNOMIALS * waves:
+        return None
+    return series
 
 
 def _from_leaves(

@@ -13,6 +13,7 @@ from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.predict import error_allowed
 from chrmc.encoding import coding_for
 from chrmc.optics.footprint import coverage
+from chrmc.optics.passband import UNLIMITED
 from chrmc.reference import reference_samples, relative_error
 from chrmc.window import Window
 
@@ -285,3 +286,19 @@ def test_only_clusters_that_miss_are_made_anew() -> None:
     assert curved._missing({0: 1e-4, 1: 3.0, 2: 0.1, 3: 0.2}, 1.0) == [1, 3]
     assert curved._missing({0: 1.0, 1: 1.0}, 1.0) == [0, 1]
     assert curved._missing({0: 0.0, 1: 9.0}, 1.0) == [1]
+
+
+def test_a_series_of_more_polynomials_than_waves_is_none() -> None:
+    """On a panel of one row a tall body takes a thousand of them for a dozen nodes."""
+    random = np.random.default_rng(3)
+    size, place = (4.6e-4, 9e-2, 5e-3), (0.3, -0.45, 1.52)
+    positions = (random.random((5000, 3)) - 0.5) * size + place
+    cloud = PointCloud(positions, np.ones(5000), np.zeros(5000))
+    found = []
+    for height in (1, 2000):
+        slm = SLM("row", 1500, height, 2e-6)
+        plane = curved.plane_of(slm, 8.3e-6, Window.full(slm), UNLIMITED)
+        its = reference_of(bounding_box(cloud.positions), plane)
+        axes = cluster_axes(cloud, its, plane, 0.05)
+        found.append(series_for(cloud, axes, its, plane, 0.05, count=1_600_000))
+    assert found[0] is None and found[1] is not None
