@@ -26,7 +26,7 @@ PATIENCE, PER_MILLION = 40.0, 12.0
 """Processor seconds that a case may take, and for each million points more: past that refusing
 would have done, and it counts as a fault."""
 PER_FRAME = 8.0
-"""The same for each of some frames of a video: that many exact sums are borne."""
+"""The same for each frame of a video: where waves all but cancel an exact sum in each is borne."""
 _WAVES, _CONFIRMING = 3_000_000, 100_000_000  # of the truth, in a case; before a fault is called
 
 
@@ -37,6 +37,7 @@ class Outcome:
     error, expected : relative L2, NaN where there is none
     seconds, cpu : by the clock, and of all processors
     refused : in which words, or ""
+    frames : of a video, that were made
     fault : what promise is broken, or ""
     """
 
@@ -46,6 +47,7 @@ class Outcome:
     error: float = float("nan")
     expected: float = float("nan")
     refused: str = ""
+    frames: int = 0
     fault: str = ""
 
     @property
@@ -63,7 +65,7 @@ class Outcome:
             "pitch": case.slm.pixel_pitch, "wavelength": case.wavelength, "depth": case.depth,
             "points": case.count, "tolerance": case.tolerance, "error": self.error,
             "expected": self.expected, "seconds": round(self.seconds, 4),
-            "cpu": round(self.cpu, 4), "limit": limit(case),
+            "cpu": round(self.cpu, 4), "limit": limit(case, self.frames),
             "refused": self.refused, "fault": self.fault,
         }  # fmt: skip
 
@@ -77,9 +79,12 @@ def promised(case: Case) -> float:
     return rt.PROMISED if case.method == "rt" else float("inf")
 
 
-def limit(case: Case) -> float:
-    """Processor seconds that a case may take."""
-    frames = FRAMES if case.kind == "video" else 0
+def limit(case: Case, frames: int = 0) -> float:
+    """Processor seconds that a case may take.
+
+    frames : of a video, known once they are made
+    """
+    frames = max(frames, FRAMES) if case.kind == "video" else 0
     return round(PATIENCE + PER_MILLION * case.count / 1e6 + PER_FRAME * frames, 1)
 
 
@@ -111,7 +116,7 @@ def judged(out: Outcome) -> Outcome:
     """The same, its fault named if a promise is broken."""
     if not out.fault and not out.refused and not out.ratio <= 1 and out.error > 0:
         out.fault = f"error {out.error:.3g}, {out.ratio:.3g} times what is promised"
-    if not out.fault and out.cpu > limit(out.case):
+    if not out.fault and out.cpu > limit(out.case, out.frames):
         out.fault = f"took {out.cpu:.0f} processor seconds"
     if "\n" in out.refused:
         out.fault = "refused in more than one line"
@@ -214,6 +219,7 @@ def _video(case: Case, out: Outcome) -> None:
     start = time.perf_counter(), time.process_time()
     for frame in frames_of(case):
         field = frame.field
+        out.frames += 1
         out.seconds += time.perf_counter() - start[0]
         out.cpu += time.process_time() - start[1]
         given = frame.shown, case.slm, case.wavelength, passband_of(case)

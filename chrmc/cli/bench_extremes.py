@@ -41,8 +41,8 @@ def command(
     row or one column to 8192 × 8192, 1 to ten million points: spread out, coincident, regular,
     cancelling, grazing, in clusters far apart, deep, of amplitudes 24 decades apart; videos by
     every method that turn, approach, flicker, go and come back, cancel. Each case is within what
-    its method promises and within 40 processor seconds (and 12 for each million points), or refused
-    in one line. Exit status 1 where one is not; `--seed` repeats it.
+    its method promises and within 40 processor seconds (12 more for each million points, 8 for each
+    frame of a video), or refused in one line. Exit status 1 where one is not; `--seed` repeats it.
     """
     from chrmc.bench import extremes, extremes_table
     from chrmc.bench.extremes_worker import Worker

@@ -153,3 +153,7 @@ def test_cases_that_do_not_end_are_ended_and_the_next_one_is_tried(tmp_path: Pat
         assert not worker.run(plain(3)).fault
     slow = extremes.Outcome(plain(3), error=1e-9, cpu=1 + extremes.limit(plain(3)))
     assert "processor seconds" in extremes.judged(slow).fault
+    long = replace(plain(3), kind="video")
+    for frames, fault in ((90, False), (20, True)):
+        video = extremes.Outcome(long, error=1e-9, cpu=600.0, frames=frames)
+        assert bool(extremes.judged(video).fault) == fault
