@@ -159,7 +159,6 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("_OTHERS = ", "", "the same"),
         ("_TARGETS = ", "", "the same"),
         ("at_least = 120", "120 → 240", "the same"),
-        ("shift = 0.618", "", "which are tried"),
         ("rest = np.linspace(0, count - 1", "0 → 1", "the same"),
         ("rest = np.linspace(0, count - 1", "1 → 2", "the same"),
         ("nodes = min((_widest(a)", "0 → 1", "no light has no nodes"),

@@ -34,6 +34,7 @@ _TIGHT = 4.5  # digits from which the second counts
 _WAVES = 20_000  # points times pixels, about
 _MORE = 4  # times as many pixels, where few leave it open
 _OPEN = 0.75  # of the tolerance: where it is left open; so it is at twice what was expected
+_CLEAR, _AGAIN = 1.2, 2e6  # where it is not open any more; waves that a third draw may take
 SURE = 0.9
 """Share of the tolerance up to which the error on some pixels is taken as kept on all."""
 
@@ -78,7 +79,8 @@ class Lattice:
         """Relative L2 error, estimated on crossings drawn by their light and evenly.
 
         exact : x, y (K,) → the truth there; points : how many waves that takes each
-        expected : what was worked out beforehand; more pixels are drawn where few contradict it
+        expected : what was worked out beforehand; more pixels are drawn where few contradict it,
+            and more again where many leave open whether it is the tolerance
         """
         total = float(self.power.sum())
         # A quarter evenly from the crossings, many of which are at ends of runs: few pixels, whose
@@ -88,8 +90,9 @@ class Lattice:
         cumulative = np.cumsum(chance.ravel())
         random = np.random.default_rng(0)
         count = _pixels_for(points, tolerance)
+        waves = points * count
         squares = np.zeros(0)
-        for more in (count, (_MORE - 1) * count):
+        for number, more in enumerate((count, (_MORE - 1) * count, (_MORE - 1) * _MORE * count)):
             # Even steps through them: less left to luck than independent draws.
             at = (np.arange(more) + random.random(more)) / more * cumulative[-1]
             drawn = np.minimum(np.searchsorted(cumulative, at, "right"), len(cumulative) - 1)
@@ -99,7 +102,10 @@ class Lattice:
             squares = np.append(squares, self.weight[row, column] * missed / chance[row, column])
             error = float(np.mean(squares))
             relative = float(np.sqrt(error / total)) if total > 0 else float(error > 0) * np.inf
-            if relative < min(_OPEN * tolerance, 2 * expected):
+            few = relative < _OPEN * tolerance
+            if number == 0 and few and relative < 2 * expected:
+                break
+            if number == 1 and (few or relative > _CLEAR * tolerance or _MORE**2 * waves > _AGAIN):
                 break
         return relative
 

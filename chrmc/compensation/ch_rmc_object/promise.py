@@ -17,6 +17,8 @@ from chrmc.scene.points import PointCloud
 
 AIM = 0.7
 """Of the tolerance: one key frame has to do for many frames, the worst included."""
+_UNSEEN = 0.8
+"""Share of the tolerance up to which what is expected of objects together needs no look."""
 LOOKED, SOMETIMES = 5000, 8
 """Points up to which every frame is looked at on some pixels; beyond that, every so many."""
 
@@ -45,7 +47,7 @@ class Promise:
         """
         kept = light_kept(factors, self.plane)
         # Where light adds up, so do the errors that each object was allowed.
-        if total.relative <= SURE * self.tolerance * sqrt(kept):
+        if total.relative <= _UNSEEN * self.tolerance * sqrt(kept):
             return total.relative / sqrt(kept) if kept > 0 else 0.0
         return self.tolerance * self._missed(factors, cloud, total)
 

@@ -56,7 +56,8 @@ def test_a_tighter_frame_is_looked_at_more_closely() -> None:
     [
         (5e-4, 4e-4, [6]),
         (5e-4, 2e-4, [6, 18]),  # more than twice what was expected
-        (8e-4, 1e-3, [6, 18]),  # near the tolerance
+        (8e-4, 1e-3, [6, 18, 72]),  # near the tolerance: each draw leaves it open
+        (1.4e-3, 1e-3, [6, 18]),  # past it
     ],
 )
 def test_more_pixels_are_drawn_where_few_leave_it_open(
