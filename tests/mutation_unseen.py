@@ -75,7 +75,7 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("few = 4 + ceil(", "4 → 5", "a place more than are needed"),
     ],
     "chrmc/compensation/ch_rmc_object/promise.py": [
-        ("if total.relative <= SURE", "total.relative <= SURE * self.tolerance * sqrt(kept) → "
+        ("if total.relative <= _UNSEEN", "total.relative <= SURE * self.tolerance * sqrt(kept) → "
          "(total.relative < SURE * self.tolerance * sqrt(kept))", "measured numbers are not equal"),
     ],
     "chrmc/compensation/ch_rmc_object/video.py": [
