@@ -75,8 +75,10 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("few = 4 + ceil(", "4 → 5", "a place more than are needed"),
     ],
     "chrmc/compensation/ch_rmc_object/promise.py": [
-        ("if total.relative <= _UNSEEN", "total.relative <= SURE * self.tolerance * sqrt(kept) → "
-         "(total.relative < SURE * self.tolerance * sqrt(kept))", "measured numbers are not equal"),
+        ("if total.relative <= _UNSEEN",
+         "total.relative <= _UNSEEN * self.tolerance * sqrt(kept) → "
+         "(total.relative < _UNSEEN * self.tolerance * sqrt(kept))",
+         "measured numbers are not equal"),
     ],
     "chrmc/compensation/ch_rmc_object/video.py": [
         ("later = [n for n in self._numbers", "n > number → (n >= number)", "a frame twice"),
