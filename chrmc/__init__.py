@@ -3,7 +3,9 @@
 Importing this loads nothing large; each name is loaded when it is first asked for.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from chrmc.lazy import lazily
 
 if TYPE_CHECKING:
     from chrmc.cgh import compute_field
@@ -97,13 +99,7 @@ __all__ = [
     "video",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        from importlib import import_module
-
-        return getattr(import_module(_LAZY[name]), name)
-    raise AttributeError(f"module 'chrmc' has no attribute {name!r}")
+__getattr__ = lazily(__name__, _LAZY)
 
 
 def __dir__() -> list[str]:

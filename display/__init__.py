@@ -3,9 +3,10 @@
 Importing this opens no window and loads no graphics library.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from chrmc.grey_levels import encode, encode_signal, signal_of, video_scale
+from chrmc.lazy import lazily
 
 if TYPE_CHECKING:
     from display.calibrate import calibrate_response
@@ -56,13 +57,7 @@ __all__ = [
     "video_scale",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        from importlib import import_module
-
-        return getattr(import_module(_LAZY[name]), name)
-    raise AttributeError(f"module 'display' has no attribute {name!r}")
+__getattr__ = lazily(__name__, _LAZY)
 
 
 def __dir__() -> list[str]:

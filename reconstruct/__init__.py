@@ -3,26 +3,23 @@
 Grey levels → 4-f → image → verdict.
 """
 
-from importlib import import_module
-from typing import Any
-
+from chrmc.lazy import lazily
 from reconstruct.bench import Bench, Filter, Illumination
 from reconstruct.colour import colour_image, colour_levels, colour_picture
 from reconstruct.four_f_system import FourF, decode_field, four_f, four_f_field
 
-_ON_DEMAND = {
-    "Camera": "camera",
-    "FrameVerdict": "verdict",
-    "ObjectVerdict": "verdict",
-    "ViewerModel": "viewer.model",
-    "all_in_focus": "stack",
-    "check": "checking",
-    "find_focus": "focus",
-    "focal_stack": "stack",
-    "system_of": "sequence",
-    "write_image": "images",
+_LAZY = {
+    "Camera": "reconstruct.camera",
+    "FrameVerdict": "reconstruct.verdict",
+    "ObjectVerdict": "reconstruct.verdict",
+    "ViewerModel": "reconstruct.viewer.model",
+    "all_in_focus": "reconstruct.stack",
+    "check": "reconstruct.checking",
+    "find_focus": "reconstruct.focus",
+    "focal_stack": "reconstruct.stack",
+    "system_of": "reconstruct.sequence",
+    "write_image": "reconstruct.images",
 }
-"""Names whose modules are read when they are asked for."""
 
 __all__ = [
     "Bench",
@@ -47,8 +44,4 @@ __all__ = [
     "write_image",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _ON_DEMAND:
-        return getattr(import_module(f"reconstruct.{_ON_DEMAND[name]}"), name)
-    raise AttributeError(f"module 'reconstruct' has no attribute {name!r}")
+__getattr__ = lazily(__name__, _LAZY)
