@@ -32,13 +32,7 @@ from chrmc.cgh.curved.assembly import (
 from chrmc.cgh.curved.baseband import first_aim, make_factor
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.cost import cost_of
-from chrmc.cgh.curved.direct import (
-    BEARABLE,
-    QUICK,
-    SMALL,
-    direct_field,
-    rounding_of,
-)
+from chrmc.cgh.curved.direct import BEARABLE, QUICK, SMALL, direct_field, rounding_of
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.predict import Budget, error_allowed
 from chrmc.cgh.curved.rays import by_rays, rays_pay
@@ -58,6 +52,7 @@ TOLERANCES = (1e-6, 1e-1)
 """Smallest and largest relative L2 error that can be asked for."""
 
 _NEAR = 5.0  # times a tolerance, up to which another one is named
+_DRAWS = 3.0  # times what rounding leaves on the whole: one pixel may have it
 _MUCH, _HARDLY = 0.1, 0.5  # closer nodes, of the aim before; an error all but as large as before
 
 
@@ -298,7 +293,7 @@ def _sum(
         x, y = slm.x(window.columns), slm.y(window.rows)
         total = direct_field(cloud, x, y, wavelength, plane.reach)
         rounding = rounding_of(total, cloud, x, y, plane.reach)
-        if rounding > tolerance:
+        if _DRAWS * rounding > tolerance:
             raise ValueError(
                 f"a tolerance of {tolerance:g} cannot be kept here: waves all but cancel, and "
                 f"double precision holds what is left to {rounding:.2g}; leave out points that "

@@ -1,8 +1,4 @@
-"""A cluster's points to its low-rank factor, by way of sub-clusters where there are many.
-
-The terms of the series after the first are small, so they need not be summed at nodes that hold
-the whole tolerance: fewer do, from which they are carried to the others.
-"""
+"""A cluster's points to its low-rank factor, by way of sub-clusters where there are many."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,15 +12,14 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.curved import clusters, condense
 from chrmc.cgh.curved.assembly import Factor, add_field, reference_cycles
-from chrmc.cgh.curved.bandwidth import Needs
+from chrmc.cgh.curved.axes import NODE_SHARE, Axes, axes_behind, cluster_axes
 from chrmc.cgh.curved.clusters import Plane
-from chrmc.cgh.curved.nodes import Axis, axis_behind, make_axis
+from chrmc.cgh.curved.levels import SINGLE, levels_for, precision_for
 from chrmc.cgh.curved.nonuniform import nonuniform_baseband, transforms_pay
 from chrmc.cgh.curved.predict import ROUNDING, Budget, expected_error, together
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.tables import (
     MOST_AT_ONCE,
-    Level,
     Tables,
     exact_baseband,
     sum_levels,
@@ -38,13 +33,8 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Reals = NDArray[np.floating]
 
-BLOCK_X, BLOCK_Y = 20.0, 15.0
-"""Spacings of nodes in a block: few make the second product small, many the baseband."""
-_BEHIND = 60.0  # in blocks whose targets are nodes
 LEAF_SHARE = 0.7  # of the tolerance, for sub-clusters
-NODE_SHARE, _SERIES_SHARE = 0.45, 0.6  # of the tolerance, for interpolation and the series
-_COARSE_SHARE = 0.3  # for the interpolation of the small terms
-_SMALL = 0.08  # a level's terms against those of the level before
+_SERIES_SHARE = 0.6  # of the tolerance, for the series
 
 _MOST_TERMS, _FEW = 120, 16  # terms of a series; points that are not split for it
 MOST_WAVES = 2e8
@@ -53,7 +43,6 @@ _QUICK = 1e7  # the same up to which that is quicker than smaller clusters
 _MOST_LEAVES = 2000  # sub-clusters of a cluster, some 20 ms each
 _SAMPLES = 0.1  # of a series, for each wave that it saves
 _POLYNOMIALS = 8  # of a point, that take no less than one wave
-SINGLE = 5e-6  # smallest tolerance whose tables and sums may be single precision
 TIGHT, _EXPECTED = 2e-5, 0.9  # of such tolerances, what nodes and series may be expected to miss
 
 
@@ -67,56 +56,6 @@ def first_aim(tolerance: float) -> float:
 
 Summed = tuple[Reals, Reals, Remainder]
 """Real and imaginary baseband (n_y, n_x) at given nodes, and what it misses."""
-Axes = tuple[Axis, Axis]
-
-
-def _needs(
-    cloud: PointCloud,
-    reference: Reference,
-    plane: Plane,
-    tolerance: float,
-    blocks: tuple[float, float],
-) -> tuple[Needs, Needs]:
-    box = clusters.bounding_box(cloud.positions)
-    extents = clusters.extents(box, reference, plane)
-    lit = clusters.lit(box, plane)
-    first, second = (
-        Needs(
-            extents[axis],
-            plane.wavelength,
-            plane.reach[axis],
-            tolerance,
-            lit[axis],
-            blocks[axis],
-        )
-        for axis in range(2)
-    )
-    return first, second
-
-
-def cluster_axes(
-    cloud: PointCloud,
-    reference: Reference,
-    plane: Plane,
-    tolerance: float,
-) -> Axes:
-    """Nodes and blocks along x and y for one cluster's pixels."""
-    x, y, z = cloud.positions.T
-    along_x, along_y = _needs(cloud, reference, plane, tolerance * NODE_SHARE, (BLOCK_X, BLOCK_Y))
-    return make_axis(plane.x, x, z, along_x), make_axis(plane.y, y, z, along_y)
-
-
-def axes_behind(
-    axes: Axes,
-    cloud: PointCloud,
-    reference: Reference,
-    plane: Plane,
-    tolerance: float,
-) -> Axes:
-    """Nodes from which the values at other nodes are read."""
-    x, y, z = cloud.positions.T
-    along_x, along_y = _needs(cloud, reference, plane, tolerance, (_BEHIND, _BEHIND))
-    return axis_behind(axes[0], x, z, along_x), axis_behind(axes[1], y, z, along_y)
 
 
 def make_factor(cloud: PointCloud, plane: Plane, tolerance: float) -> tuple[Factor, Budget]:
@@ -178,8 +117,8 @@ def sum_points(
         transformed = nonuniform_baseband(cloud, axes, reference, plane, tolerance)
         if transformed is not None:
             return transformed
-    grid = (1, 1) if leaf else clusters.leaf_grid(box, len(cloud), nodes, plane)
-    if grid != (1, 1):
+    grid = (1, 1, 1) if leaf else clusters.leaf_grid(box, len(cloud), nodes, plane, tolerance)
+    if grid != (1, 1, 1):
         parts = clusters.leaves(cloud, box, grid)
         return _from_leaves(parts, axes, reference, plane, tolerance, room)
     wave = Wave(reference, plane.wavelength, plane.reach)
@@ -190,18 +129,18 @@ def sum_points(
             partial(series_for, cloud, axes, reference, plane, tolerance)
         ]
         if tables is not None:
-            pieces += table_pieces(cloud, axes, wave, _precision(tolerance), tables)
+            pieces += table_pieces(cloud, axes, wave, precision_for(tolerance), tables)
         series = run_all(pieces)[0]
     if series is None or series.terms > _MOST_TERMS:
         # The rest of the wave changes too much over the cluster: smaller ones, or none at all.
-        if len(cloud) > _FEW and len(cloud) * nodes[0] * nodes[1] > _QUICK:
+        each, most = nodes[0] * nodes[1], MOST_WAVES / plane.points
+        if len(cloud) > _FEW and (each > most or len(cloud) * each > _QUICK):
             parts = clusters.leaves(cloud, box, (2, 2, 2))
             if 1 < len(parts) <= room:
                 return _from_leaves(parts, axes, reference, plane, tolerance, room)
-        most = MOST_WAVES / plane.points
-        if nodes[0] * nodes[1] > most:
+        if each > most:
             raise ValueError(
-                f"points at {1e3 * box[2, 0]:.3g} mm would take {nodes[0] * nodes[1]:.1e} waves "
+                f"points at {1e3 * box[2, 0]:.3g} mm would take {each:.1e} waves "
                 f"each, more than {most:.1e}: no short series fits them; move them farther away "
                 "or closer together, or take fewer"
             )
@@ -223,51 +162,6 @@ def sum_points(
         np.add(fine[0], more.real, out=fine[0])
         np.add(fine[1], more.imag, out=fine[1])
     return *fine, missed
-
-
-def _precision(tolerance: float) -> type[np.floating]:
-    return np.float32 if tolerance >= SINGLE else np.float64
-
-
-def levels_for(
-    cloud: PointCloud,
-    axes: Axes,
-    reference: Reference,
-    plane: Plane,
-    tolerance: float,
-    series: Series,
-    count: int | None = None,
-) -> tuple[list[Level], float]:
-    """Which terms are summed at which nodes, and the error of carrying the small ones.
-
-    count : as in `series_for`
-    """
-    count = len(cloud) if count is None else count
-    levels: list[Level] = []
-    held, first, square = axes, 0, 0.0
-    aim = tolerance
-    for cut in range(1, series.terms):
-        # A level begins where all terms left are small against those of the level before.
-        left = float(np.linalg.norm(series.sizes[cut:]))
-        if left > _SMALL * float(np.linalg.norm(series.sizes[first:])):
-            continue
-        size = len(held[0].nodes), len(held[1].nodes)
-        more = series.terms - cut
-        if not clusters.coarse_pays(count, size, size[0] * size[1] * 2 // 3, more):
-            continue
-        wanted = min(_COARSE_SHARE * tolerance / left, 0.1)
-        coarse = axes_behind(axes, cloud, reference, plane, wanted)
-        pixels = len(coarse[0].nodes) * len(coarse[1].nodes)
-        if clusters.coarse_pays(count, size, pixels, more):
-            square += (wanted * left) ** 2
-        elif _precision(wanted) != _precision(aim):
-            coarse = held  # in single precision
-        else:
-            continue
-        levels.append(Level(*held, slice(first, cut), _precision(aim)))
-        held, first, aim = coarse, cut, wanted
-    levels.append(Level(*held, slice(first, None), _precision(aim)))
-    return levels, sqrt(square)
 
 
 def series_for(

@@ -1,7 +1,8 @@
 """Which points share a reference wave, and in how many sub-clusters their baseband is summed."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, log10, pi
+from math import log10, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +15,20 @@ from chrmc.scene.points import PointCloud
 
 Floats = NDArray[np.float64]
 
-# Costs in multiply-adds of a matrix product, as measured: a table entry, a cluster's fixed work.
-_ENTRY = 500.0
+# Costs in multiply-adds of a matrix product, as measured: a cluster's fixed work.
 _CLUSTER = 2.5e8
 _CARRY = 3e8
-_LEAST = 8.0  # nodes of a sub-cluster beside those that its bandwidth asks for
+# Of sums: a wave's term at a node, a table entry; of sub-clusters their fixed work, a value at a
+# node of theirs for each term, or of the cluster's, and a step of the products between these.
+_WAVE, _ENTRY, _LEAF, _NODE, _CARRIED = 2.1, 800.0, 1e8, 410.0, 2.6
+_DENSE, _LEAST = 0.64, 20.0  # nodes of a sub-cluster for its κ, and beside these
+_FEWEST = 100  # points of one, at least
+_LATERAL, _DEEP = 2.0 ** np.arange(7), 2.0 ** np.arange(4)  # how many there may be
+
+Grid = tuple[int, int, int]
+"""Sub-clusters along x, y and z."""
+Shares = Sequence[Floats | float]
+"""The same, or arrays of them, to be broadcast."""
 
 
 @dataclass(frozen=True)
@@ -94,31 +104,42 @@ def lit(box: Floats, plane: Plane) -> tuple[float, float]:
     return lengths[0], lengths[1]
 
 
-def _kappas(box: Floats, plane: Plane) -> tuple[float, float]:
-    """π·(bandwidth)·(length) of the baseband along x and y, in the paraxial estimate.
+def _kappas(
+    box: Floats, plane: Plane, grid: Shares = (1, 1, 1)
+) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """π·(bandwidth)·(length) of the baseband along x and y, in the paraxial estimate; and which
+    shares of the targets that the box lights these lengths are.
+
+    grid : sub-clusters along x, y and z, numbers or arrays to be broadcast; one of them is meant
 
     A point at half the cluster's width differs by (width/2)/z in direction, one at its front or
     back by half the range of 1/z times the distance to the farthest target.
     """
-    z_low, z_high = box[2].tolist()
-    both = []
-    sizes = np.ptp(box[:2], axis=1).tolist()
-    for size, far, length in zip(sizes, farthest(box, plane), lit(box, plane), strict=True):
-        sine = size / 2 / z_low + far * (1 / z_low - 1 / z_high) / 2
-        both.append(pi * min(sine, 2.0) / plane.wavelength * length)
-    return both[0], both[1]
+    z_low, z_high = (float(z) for z in box[2])
+    deep = (1 / z_low - 1 / z_high) / grid[2]
+    kappas, shares = [], []
+    sizes = [float(size) for size in np.ptp(box[:2], axis=1)]
+    for axis, (far, length) in enumerate(zip(farthest(box, plane), lit(box, plane), strict=True)):
+        size = sizes[axis] / grid[axis]
+        held = size + 2 * z_high * plane.reach[axis]
+        share = np.minimum(held, length) / length if length > 0 else np.ones(())  # of one column
+        sine = np.minimum(size / 2 / z_low + far * deep / 2, 2.0)
+        kappas.append(np.asarray(pi * sine / plane.wavelength * length * share))
+        shares.append(np.asarray(share))
+    return (kappas[0], kappas[1]), (shares[0], shares[1])
 
 
 def _cost(box: Floats, count: int, plane: Plane) -> float:
     """Multiply-adds, about, of one cluster from points to pixels."""
-    (kx, ky), (w, h) = _kappas(box, plane), (plane.x.count, plane.y.count)
-    nx, ny = min(1.25 * kx + 8, w), min(1.35 * ky + 8, h)
+    (kx, ky), _ = _kappas(box, plane)
+    w, h = plane.x.count, plane.y.count
+    nx, ny = min(1.25 * float(kx) + 8, w), min(1.35 * float(ky) + 8, h)
     to_columns = 4 * ny * min(nx, 50) * w
     to_pixels = 2 * min(ny, 26) * h * w
     # Many points are summed in sub-clusters, however large the cluster is.
     if count > 3000:
         nx, ny = min(nx, 30.0), min(ny, 20.0)
-    sums = count * (16 * nx * ny + _ENTRY * (nx + ny))
+    sums = count * (16 * nx * ny + 500 * (nx + ny))
     return to_columns + to_pixels + sums + _CLUSTER
 
 
@@ -172,14 +193,16 @@ def _cuts(values: Floats, span: Floats) -> list[float | None]:
     return [None]
 
 
-def leaf_grid(box: Floats, count: int, nodes: tuple[int, int], plane: Plane) -> tuple[int, int]:
-    """Into how many sub-clusters along x and y the points are best sorted.
+def leaf_grid(
+    box: Floats, count: int, nodes: tuple[int, int], plane: Plane, tolerance: float
+) -> Grid:
+    """Into how many sub-clusters along x, y and z the points are best sorted.
 
     nodes : (n_x, n_y) of the cluster
     Sub-clusters need few nodes each, and their basebands are carried to the cluster's nodes by
     two small matrix products.
     """
-    return _best_leaves(box, count, nodes, plane)[1]
+    return _best_leaves(box, count, nodes, plane, tolerance)[1]
 
 
 def cost_of_sums(
@@ -187,13 +210,14 @@ def cost_of_sums(
     count: int,
     nodes: tuple[int, int],
     plane: Plane,
+    tolerance: float,
     least: tuple[float, float] = (_LEAST, _LEAST),
 ) -> float:
     """Multiply-adds, about, of summing points to a cluster's nodes in the best way.
 
     least : nodes of a sub-cluster beside those that its bandwidth asks for
     """
-    return _best_leaves(box, count, nodes, plane, least)[0]
+    return _best_leaves(box, count, nodes, plane, tolerance, least)[0]
 
 
 def cost_at(
@@ -207,7 +231,7 @@ def cost_at(
         edges = tapered * width / (width + high - low) if tapered else 0.0
         least.append((2 - 2 * log10(tolerance)) * len(axis.runs) + edges)
     nodes = len(axes[0].nodes), len(axes[1].nodes)
-    return cost_of_sums(box, count, nodes, plane, (least[0], least[1]))
+    return cost_of_sums(box, count, nodes, plane, tolerance, (least[0], least[1]))
 
 
 def _best_leaves(
@@ -215,40 +239,59 @@ def _best_leaves(
     count: int,
     nodes: tuple[int, int],
     plane: Plane,
+    tolerance: float,
     least: tuple[float, float] = (_LEAST, _LEAST),
-) -> tuple[float, tuple[int, int]]:
-    kx, ky = _kappas(box, plane)
-    best, chosen = np.inf, (1, 1)
-    for gx in (1, 2, 4, 8, 16, 32):
-        for gy in (1, 2, 4, 8, 16, 32):
-            leaves = gx * gy
-            if leaves > 1 and leaves * 600 > count:
-                continue
-            if leaves == 1:
-                nx, ny, carry = nodes[0], nodes[1], 0.0
-            else:
-                nx, ny = ceil(kx / gx + least[0]), ceil(ky / gy + least[1])
-                nx, ny = min(nx, nodes[0]), min(ny, nodes[1])
-                carry = leaves * (4 * nodes[1] * nx * (ny + nodes[0]) + _CLUSTER)
-            terms = 1 + 3.0 / leaves**0.5
-            cost = carry + 4 * count * nx * ny * terms + _ENTRY * count * (nx + ny)
-            if cost < best:
-                best, chosen = cost, (gx, gy)
-    return best, chosen
+) -> tuple[float, Grid]:
+    grid = np.meshgrid(_LATERAL, _LATERAL, _DEEP, indexing="ij", sparse=True)
+    leaves = grid[0] * grid[1] * grid[2]
+    kappas, shares = _kappas(box, plane, grid)
+    terms = _terms(box, plane, grid, tolerance)
+    nx, ny = (
+        np.where(leaves > 1, np.minimum(_DENSE * kappa + more, most), most)
+        for kappa, more, most in zip(kappas, least, nodes, strict=True)
+    )
+    to_x, to_y = shares[0] * nodes[0], shares[1] * nodes[1]
+    carry = _CARRIED * to_y * nx * (ny + to_x) + _NODE * (to_x * to_y + terms * nx * ny) + _LEAF
+    cost = _WAVE * terms * count * nx * ny + _ENTRY * count * (nx + ny)
+    cost += np.where(leaves > 1, leaves * carry, 0.0)
+    cost[leaves * _FEWEST > max(count, _FEWEST)] = np.inf
+    best = np.unravel_index(np.argmin(cost), cost.shape)
+    chosen = int(_LATERAL[best[0]]), int(_LATERAL[best[1]]), int(_DEEP[best[2]])
+    return float(cost[best]), chosen
 
 
-def leaves(cloud: PointCloud, box: Floats, grid: tuple[int, ...]) -> list[PointCloud]:
-    """The points sorted into a grid of equal boxes over x, y and z; empty ones left out."""
-    cell = np.zeros(len(cloud), dtype=np.intp)
+def _terms(box: Floats, plane: Plane, grid: Shares, tolerance: float) -> Floats:
+    """Terms, about, of the series of one of a grid of sub-clusters.
+
+    From how far the phase of what is not separable, k·(dx·dy)²/(4z³), changes over its points.
+    """
+    z = 2 / (1 / box[2, 0] + 1 / box[2, 1])
+    far_x, far_y = farthest(box, plane)
+    half_x, half_y = np.ptp(box[:2], axis=1) / 2
+    swing = far_x * far_y * (far_y * half_x / grid[0] + far_x * half_y / grid[1]) / (2 * z**3)
+    swing = swing + 3 / 8 * (far_x * far_y / z) ** 2 * (1 / box[2, 0] - 1 / box[2, 1]) / grid[2]
+    digits = -log10(tolerance / 2)
+    return np.asarray(1 + digits**2 * np.cbrt(2 * pi / plane.wavelength * swing))
+
+
+def cells(positions: Floats, box: Floats, grid: Grid) -> NDArray[np.intp]:
+    """(N,) the number of each point's box, of a grid of equal ones over x, y and z."""
+    cell = np.zeros(len(positions), dtype=np.intp)
     for axis, n in enumerate(grid):
         low, high = box[axis]
         if n > 1 and high > low:
             # In depth by equal steps of 1/z, as curvatures go.
-            place = cloud.positions[:, axis]
+            place = positions[:, axis]
             if axis == 2:
                 low, high, place = 1 / low, 1 / high, 1 / place
             u = (place - low) / (high - low)
-            cell = cell * n + np.minimum((u * n).astype(np.intp), n - 1)
+            cell = cell * n + np.clip((u * n).astype(np.intp), 0, n - 1)
+    return cell
+
+
+def leaves(cloud: PointCloud, box: Floats, grid: Grid) -> list[PointCloud]:
+    """The points sorted into the boxes of `cells`; empty ones left out."""
+    cell = cells(cloud.positions, box, grid)
     order = np.argsort(cell, kind="stable")
     bounds = np.flatnonzero(np.diff(cell[order])) + 1
     return [cloud.select(part) for part in np.split(order, bounds)]

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from chrmc.cgh.counts import OperationCounts, product
 from chrmc.cgh.curved import baseband, clusters
-from chrmc.cgh.curved.baseband import Axes
+from chrmc.cgh.curved.axes import NODE_SHARE, Axes, axes_behind, cluster_axes
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.condense import condensing_of
 from chrmc.cgh.curved.direct import SMALL
+from chrmc.cgh.curved.levels import levels_for
 from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.nonuniform import readable, transforms_pay
 from chrmc.cgh.curved.tables import MOST_AT_ONCE
@@ -87,7 +88,7 @@ def _of_cluster(cloud: PointCloud, plane: Plane, tolerance: float, each: float) 
     box = clusters.bounding_box(cloud.positions)
     reference = clusters.reference_of(box, plane)
     some = cloud.select(slice(None, None, max(1, len(cloud) // _SOME)))
-    axes = baseband.cluster_axes(some, reference, plane, tolerance)
+    axes = cluster_axes(some, reference, plane, tolerance)
     total = OperationCounts(calls=_CLUSTER)
     if not axes[0].blocks or not axes[1].blocks:
         return total
@@ -102,13 +103,13 @@ def _of_cluster(cloud: PointCloud, plane: Plane, tolerance: float, each: float) 
             return total + OperationCounts(
                 phasors=_TRANSFORMED * count, calls=_TRANSFORMS, memory=140.0 * count
             )
-    grid = clusters.leaf_grid(box, count, nodes, plane)
-    if grid == (1, 1):
+    grid = clusters.leaf_grid(box, count, nodes, plane, tolerance)
+    if grid == (1, 1, 1):
         return total + _of_sums(cloud, axes, reference, plane, tolerance, count)
     share = baseband.LEAF_SHARE * tolerance
     leaf, number = _a_leaf(cloud, some, box, grid)
     centre = clusters.reference_of(clusters.bounding_box(leaf.positions), plane)
-    behind = baseband.axes_behind(axes, leaf, centre, plane, baseband.NODE_SHARE * share)
+    behind = axes_behind(axes, leaf, centre, plane, NODE_SHARE * share)
     one = _of_sums(leaf, behind, centre, plane, share, max(1, round(each * len(leaf))))
     few = len(behind[0].nodes), len(behind[1].nodes)
     one += OperationCounts(
@@ -156,18 +157,12 @@ def _some_edge(axis: Axis) -> tuple[Axis, float]:
 
 
 def _a_leaf(
-    cloud: PointCloud, some: PointCloud, box: Floats, grid: tuple[int, int]
+    cloud: PointCloud, some: PointCloud, box: Floats, grid: clusters.Grid
 ) -> tuple[PointCloud, int]:
     """A sub-cluster of middle size, and how many there are."""
     parts = sorted(clusters.leaves(some, box, grid), key=len)
-    middle = clusters.bounding_box(parts[len(parts) // 2].positions)[:2].mean(axis=1)
-    inside = np.ones(len(cloud), dtype=bool)
-    for axis, n in enumerate(grid):
-        low, high = box[axis]
-        width = max((high - low) / n, 1e-12)
-        first = low + min(int((middle[axis] - low) / width), n - 1) * width
-        values = cloud.positions[:, axis]
-        inside &= (values >= first) & (values <= first + width)
+    middle = clusters.cells(parts[len(parts) // 2].positions[:1], box, grid)
+    inside = clusters.cells(cloud.positions, box, grid) == middle
     return (cloud.select(inside) if inside.any() else parts[-1]), len(parts)
 
 
@@ -179,7 +174,7 @@ def _of_sums(
     if series is None:
         return OperationCounts(phasors=_WAVE * count * len(axes[0].nodes) * len(axes[1].nodes))
     total = OperationCounts()
-    for level in baseband.levels_for(cloud, axes, reference, plane, tolerance, series, count)[0]:
+    for level in levels_for(cloud, axes, reference, plane, tolerance, series, count)[0]:
         terms = len(range(*level.terms.indices(series.terms)))
         nx, ny = len(level.axis_x.nodes), len(level.axis_y.nodes)
         wide = 1.0 if level.precision is np.float32 else 2.0

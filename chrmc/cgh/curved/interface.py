@@ -29,7 +29,8 @@ from chrmc.cgh.curved import (
     signal_of,
 )
 from chrmc.cgh.curved.assembly import Factor, reference_cycles
-from chrmc.cgh.curved.baseband import Axes, Summed, cluster_axes, series_for, sum_points
+from chrmc.cgh.curved.axes import Axes, cluster_axes
+from chrmc.cgh.curved.baseband import Summed, series_for, sum_points
 from chrmc.cgh.curved.chebyshev import chebyshev, interpolation
 from chrmc.cgh.curved.clusters import Plane, bounding_box, cost_of_sums, reference_at, split
 from chrmc.cgh.curved.cost import cost_of, pixels_from, some_of

@@ -137,6 +137,8 @@ def look(
     expected : the error worked out beforehand
     """
     lattice, parts = _lattice(factors, plane)
+    if not lattice.weight.size:  # footprints end between the pixels
+        return 0.0, 0.0
     # Factors that cancel each other round as what they are, not as what they leave.
     total = float(lattice.power.sum())
     least = ROUNDING * sqrt(parts / total) if total > 0 else 0.0

@@ -96,7 +96,7 @@ def choose(
     box = bounding_box(obj.cloud.positions)
 
     def summed(nodes: tuple[int, int]) -> float:
-        return cost_of_sums(box, count, nodes, plane) + _SERIES + _POINT * count
+        return cost_of_sums(box, count, nodes, plane, tolerance) + _SERIES + _POINT * count
 
     fresh = summed(nodes)
     if count >= MANY_POINTS and not any(plan.from_points):

@@ -102,7 +102,7 @@ def test_many_points_go_through_sub_clusters() -> None:
     assert relative_error(field[rows, columns], truth) <= 1e-3
     plane = curved.plane_of(slm, WAVELENGTH, Window.full(slm), band)
     box_ = curved.clusters.bounding_box(cloud.positions)
-    assert curved.clusters.leaf_grid(box_, len(cloud), (200, 90), plane) != (1, 1)
+    assert curved.clusters.leaf_grid(box_, len(cloud), (200, 90), plane, 1e-3) != (1, 1, 1)
 
 
 def test_objects_far_apart_get_a_reference_wave_each() -> None:

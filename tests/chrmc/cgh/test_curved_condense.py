@@ -9,7 +9,7 @@ from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
 from chrmc.cgh.counts import STATED
 from chrmc.cgh.curved import condense
-from chrmc.cgh.curved.baseband import cluster_axes
+from chrmc.cgh.curved.axes import cluster_axes
 from chrmc.cgh.curved.clusters import Plane, bounding_box, reference_of
 from chrmc.cgh.curved.condense import Condensing, condensed, condensing_of
 from chrmc.cgh.curved.direct import field_at

@@ -5,7 +5,7 @@ import pytest
 
 from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud, compute_field
 from chrmc.cgh.curved import clusters, nonuniform, plane_of
-from chrmc.cgh.curved.baseband import cluster_axes
+from chrmc.cgh.curved.axes import cluster_axes
 from chrmc.cgh.curved.nonuniform import nonuniform_baseband
 from chrmc.cgh.curved.tables import exact_baseband
 from chrmc.cgh.curved.wave import Wave

@@ -7,8 +7,10 @@ from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
 from chrmc.cgh.curved import chebyshev, series, tables, wave
 from chrmc.cgh.curved.along import across
-from chrmc.cgh.curved.baseband import cluster_axes, first_aim, levels_for, series_for
+from chrmc.cgh.curved.axes import cluster_axes
+from chrmc.cgh.curved.baseband import first_aim, series_for
 from chrmc.cgh.curved.clusters import bounding_box, reference_of
+from chrmc.cgh.curved.levels import levels_for
 from chrmc.cgh.curved.nodes import Axis
 from chrmc.cgh.curved.predict import error_allowed
 from chrmc.encoding import coding_for

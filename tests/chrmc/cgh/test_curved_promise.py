@@ -14,7 +14,7 @@ from chrmc.cgh import curved, field_and_error, rt
 from chrmc.cgh.counts import STATED
 from chrmc.cgh.curved import predict, verify
 from chrmc.cgh.curved.along import waves_along
-from chrmc.cgh.curved.baseband import cluster_axes
+from chrmc.cgh.curved.axes import cluster_axes
 from chrmc.cgh.curved.clusters import bounding_box, reference_of
 from chrmc.cgh.curved.direct import rounding_of
 from chrmc.cgh.curved.tables import exact_baseband, phasor_table

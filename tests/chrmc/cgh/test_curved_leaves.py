@@ -1,0 +1,104 @@
+"""Sub-clusters of wide, tall and deep bodies, and nodes that hold the small terms."""
+
+import numpy as np
+import pytest
+
+from chrmc import LC_R_1080, SLM, WAVELENGTH, PointCloud
+from chrmc.bench import extremes
+from chrmc.cgh import curved
+from chrmc.cgh.curved import baseband, clusters
+from chrmc.cgh.curved.axes import cluster_axes
+from chrmc.cgh.curved.clusters import Grid, bounding_box, reference_of
+from chrmc.encoding import coding_for
+from chrmc.window import Window
+
+
+def plane_for(slm: SLM, encoding: str) -> clusters.Plane:
+    return curved.plane_of(slm, WAVELENGTH, Window.full(slm), coding_for(encoding, slm).passband)
+
+
+@pytest.mark.parametrize("seed", [70014516, 70006735])
+def test_terms_steeper_than_the_wave_are_not_read_off_nodes_made_for_it(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They were 24 times the tolerance off, in the first rows."""
+    case = extremes.case_of(seed)
+    cloud = extremes.cloud_of(case)
+    plane = curved.plane_of(
+        case.slm, case.wavelength, Window.full(case.slm), extremes.passband_of(case)
+    )
+    reference = reference_of(bounding_box(cloud.positions), plane)
+    axes = cluster_axes(cloud, reference, plane, case.tolerance)
+    given = cloud, axes, reference, plane, case.tolerance
+    real, imag, missed = baseband.sum_points(*given, leaf=True)
+    monkeypatch.setattr(clusters, "coarse_pays", lambda *_: False)
+    whole_real, whole_imag, whole = baseband.sum_points(*given, leaf=True)
+    assert whole.relative == 0.0
+    apart = np.hypot(real - whole_real, imag - whole_imag)
+    light = np.hypot(whole_real, whole_imag)
+    assert np.linalg.norm(apart) <= 0.5 * case.tolerance * np.linalg.norm(light)
+    assert missed.relative <= 0.3 * case.tolerance
+
+
+@pytest.mark.parametrize(
+    ("size", "depth", "least"),
+    [
+        ((2e-2, 2e-2, 2e-3), 0.1, (8, 4, 1)),  # footprints of 3 mm, a sixth of the body
+        ((2e-3, 4e-2, 2e-3), 0.1, (1, 16, 1)),
+        ((4e-2, 1e-3, 2e-3), 0.1, (16, 1, 1)),
+        ((3e-3, 3e-3, 0.3), 0.3, (1, 1, 4)),
+    ],
+)
+def test_a_body_is_cut_where_it_is_long(size: tuple[float, ...], depth: float, least: Grid) -> None:
+    box = np.array([[-s / 2, s / 2] for s in size]) + np.array([[0], [0], [depth]])
+    grid = clusters.leaf_grid(box, 50_000, (1500, 1000), plane_for(LC_R_1080, "ssb"), 1e-3)
+    assert all(found >= wanted for found, wanted in zip(grid, least, strict=True))
+    few = clusters.leaf_grid(box, 150, (1500, 1000), plane_for(LC_R_1080, "ssb"), 1e-3)
+    assert few == (1, 1, 1)
+
+
+def test_sums_in_sub_clusters_of_depth_too_are_the_same() -> None:
+    slm = SLM("small", 300, 200, 8e-6)
+    random = np.random.default_rng(5)
+    places = (random.random((3000, 3)) - 0.5) * (2e-3, 1.5e-3, 0.1) + (5e-4, 0, 0.15)
+    cloud = PointCloud(places, np.ones(3000), random.uniform(0, 6.3, 3000))
+    plane = plane_for(slm, "real")
+    box = bounding_box(places)
+    reference = reference_of(box, plane)
+    axes = cluster_axes(cloud, reference, plane, 1e-4)
+    parts = clusters.leaves(cloud, box, (2, 3, 4))
+    assert len(parts) == 24 and sum(map(len, parts)) == 3000
+    # By equal steps of 1/z.
+    assert np.ptp([np.ptp(1 / part.positions[:, 2]) for part in parts]) < 0.2
+    apart = baseband._from_leaves(parts, axes, reference, plane, 1e-4, 100)
+    whole = baseband.sum_points(cloud, axes, reference, plane, 1e-6, leaf=True)
+    light = np.linalg.norm(whole[0] + 1j * whole[1])
+    error = np.linalg.norm(apart[0] - whole[0] + 1j * (apart[1] - whole[1]))
+    assert error <= 1e-4 * light
+
+
+def test_points_of_each_cell_are_found_again() -> None:
+    random = np.random.default_rng(1)
+    places = random.uniform(0.1, 0.2, (500, 3))
+    cloud = PointCloud(places, np.ones(500), np.zeros(500))
+    box, grid = bounding_box(places), (3, 1, 4)
+    parts = clusters.leaves(cloud, box, grid)
+    cells = clusters.cells(places, box, grid)
+    assert sorted(set(cells.tolist())) == list(range(12))
+    for number, part in enumerate(parts):
+        assert np.array_equal(part.positions, places[cells == number])
+    assert not clusters.cells(places, box, (1, 1, 1)).any()
+
+
+@pytest.mark.parametrize("seed", [5511437, 70011139])
+def test_seeds_that_broke_a_promise(seed: int) -> None:
+    """Two tall clusters near a panel; 44,538 points that all but cancel on one pixel."""
+    out = extremes.run(extremes.case_of(seed))
+    assert not out.fault
+    assert out.cpu < 15
+
+
+def test_a_panel_of_one_column_has_a_length_of_nothing() -> None:
+    box = np.array([[-1e-3, 1e-3], [-1e-3, 1e-3], [0.2, 0.21]])
+    plane = plane_for(SLM("column", 1, 700, 8e-6), "real")
+    assert clusters.leaf_grid(box, 90_000, (1, 60), plane, 1e-3)[0] == 1
