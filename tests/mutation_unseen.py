@@ -163,8 +163,6 @@ UNSEEN: dict[str, list[tuple[str, str, str]]] = {
         ("at_least = 120", "120 → 240", "the same"),
         ("rest = np.linspace(0, count - 1", "0 → 1", "the same"),
         ("rest = np.linspace(0, count - 1", "1 → 2", "the same"),
-        ("nodes = min((_widest(a)", "0 → 1", "no light has no nodes"),
-        ("return max((run.nodes.stop - run.nodes.start", "0 → 1", "the same"),
         ("return budget.relative <= error_allowed(", "budget.relative <= error_allowed(factors, "
          "tolerance, points) → (budget.relative < error_allowed(factors, tolerance, points))",
          "measured numbers are not equal"),

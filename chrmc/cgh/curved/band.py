@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 
 _EDGE = 0.66  # rms error of a unit edge over step³, both in widths of the edge: measured
 _EDGE_MARGIN = 2
+_BAND_OF_EDGE = 1.5  # error of waves away from edges, of the tolerance
 _LEAST = 0.1  # Nyquist's count that a block is taken to have at least
 _MORE = 16  # spacings past the fit that are tried
 _ROUNDING = 2.0**-24  # of single precision, which values at nodes are kept in
@@ -88,15 +89,23 @@ def band_grid(targets: int, nyquist: float, tolerance: float, block: float) -> G
         each = -(-targets // blocks)
         margin, slack = _slack(tolerance, False, nyquist * each)
         best = Grid(-(-targets // each), each, _spacings(nyquist * each, margin, slack), margin)
-    if best.count(targets) >= targets:
-        return None
-    # The fit is one node off here and there, and a node is a factor of three in the error. What
-    # more nodes do not bring about is past double precision.
+    # The fit is one node off here and there, and a node is a factor of three in the error.
+    return _enough(
+        best, targets, targets,
+        lambda grid: _band_error(grid, _frequency(grid, nyquist), tolerance), tolerance,
+    )  # fmt: skip
+
+
+def _enough(
+    best: Grid, most: float, targets: int, error: Callable[[Grid], float], tolerance: float
+) -> Grid | None:
+    """The grid, or with more nodes, whose error is within tolerance; None with `most` nodes, or
+    where more do not bring it about: that is past double precision."""
     for more in range(_MORE):
         grid = replace(best, spacings=best.spacings + more)
-        if grid.count(targets) >= targets:
+        if grid.count(targets) >= most:
             return None
-        if _band_error(grid, _frequency(grid, nyquist), tolerance) <= tolerance:
+        if error(grid) <= tolerance:
             return grid
     return None
 
@@ -109,8 +118,21 @@ def _frequency(grid: Grid, nyquist: float) -> float:
 @lru_cache(maxsize=2048)
 def _band_error(grid: Grid, frequency: float, tolerance: float) -> float:
     """rms error for frequencies up to the band's end, on some targets of a block."""
+    return _missed(grid, frequency, _band_matrix(grid, grid.targets, frequency, tolerance))
+
+
+@lru_cache(maxsize=2048)
+def _edge_error(
+    grid: Grid, frequency: float, width: float, length: float, tolerance: float
+) -> float:
+    """The same of waves away from the edges."""
+    matrix = _edge_matrix(grid, grid.targets, frequency, width, length, tolerance)
+    return _missed(grid, frequency, matrix)
+
+
+def _missed(grid: Grid, frequency: float, whole: Floats) -> float:
     some = np.unique(np.linspace(0, grid.targets - 1, 48).astype(int))
-    matrix = _band_matrix(grid, grid.targets, frequency, tolerance)[some]
+    matrix = whole[some]
     waves = 2j * np.pi * np.linspace(0.02, 0.98, 13)[:, None] * frequency
     exact = np.exp(waves * ((some + 0.5) * (grid.spacings / grid.targets)))
     nodes = np.arange(matrix.shape[1]) - grid.margin + 0.5
@@ -139,8 +161,13 @@ def edge_grid(
     margin = max(_EDGE_MARGIN, round(margin * (banded / per_target) ** 2))
     blocks = max(1, round(per_target * targets / block))
     each = -(-targets // blocks)
-    grid = Grid(-(-targets // each), each, ceil(per_target * each), margin)
-    return grid if grid.count(targets) < 0.9 * targets else None
+    best = Grid(-(-targets // each), each, ceil(per_target * each), margin)
+    # Of an edge that is wide against its run little is left but the band, which may need more.
+    return _enough(
+        best, 0.9 * targets, targets,
+        lambda grid: _edge_error(grid, *_edge_shape(grid, nyquist, width), tolerance),
+        _BAND_OF_EDGE * tolerance,
+    )  # fmt: skip
 
 
 def band_matrix(grid: Grid, targets: int, nyquist: float, tolerance: float) -> Floats:
@@ -164,10 +191,15 @@ def edge_matrix(grid: Grid, targets: int, nyquist: float, width: float, toleranc
 
     nyquist, width : as for `edge_grid`
     """
+    return _edge_matrix(grid, targets, *_edge_shape(grid, nyquist, width), tolerance)
+
+
+def _edge_shape(grid: Grid, nyquist: float, width: float) -> tuple[float, float, float]:
+    """The band's end, the width of the edge and the length that edges lie in, in spacings."""
     per = grid.spacings / grid.targets
-    return _edge_matrix(
-        grid, targets, _rounded(nyquist / 2 / per), _rounded(width * per),
-        _rounded(max(1.5, 1.2 * grid.targets / width)), tolerance,
+    return (
+        _rounded(nyquist / 2 / per), _rounded(width * per),
+        _rounded(max(1.5, 1.2 * grid.targets / width)),
     )  # fmt: skip
 
 

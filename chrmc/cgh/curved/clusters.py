@@ -21,6 +21,7 @@ _CARRY = 3e8
 # Of sums: a wave's term at a node, a table entry; of sub-clusters their fixed work, a value at a
 # node of theirs for each term, or of the cluster's, and a step of the products between these.
 _WAVE, _ENTRY, _LEAF, _NODE, _CARRIED = 2.1, 800.0, 1e8, 410.0, 2.6
+_LEVELLED = 2e-4  # tolerance from which a whole cluster's small terms are summed at few nodes
 _DENSE, _LEAST = 0.64, 20.0  # nodes of a sub-cluster for its κ, and beside these
 _FEWEST = 100  # points of one, at least
 _LATERAL, _DEEP = 2.0 ** np.arange(7), 2.0 ** np.arange(4)  # how many there may be
@@ -246,6 +247,7 @@ def _best_leaves(
     leaves = grid[0] * grid[1] * grid[2]
     kappas, shares = _kappas(box, plane, grid)
     terms = _terms(box, plane, grid, tolerance)
+    terms[0, 0, 0] = _terms(box, plane, (1, 1, 1), max(tolerance, _LEVELLED))
     nx, ny = (
         np.where(leaves > 1, np.minimum(_DENSE * kappa + more, most), most)
         for kappa, more, most in zip(kappas, least, nodes, strict=True)

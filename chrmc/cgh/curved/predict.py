@@ -27,10 +27,10 @@ Floats = NDArray[np.float64]
 _POINTS = 4  # strongest, outermost in x and outermost in y that are tried
 _OTHERS = 20  # that stand for the rest
 _TARGETS = 5  # targets of each block that are tried, more at the ends of runs or of few blocks
+_BLOCKS = 200  # of a run with edges, times points, that are tried; three at least
 ROUNDING = 5e-7
 """Relative error that single-precision products and pixels leave."""
-_FEW_POINTS = 8
-_FEW_NODES = 16  # of a run: its error has as few shapes
+_FEW_POINTS, _SHARE_OF_FEW = 8, 0.4  # their errors have shapes of their own
 
 
 @dataclass(frozen=True)
@@ -63,17 +63,37 @@ class Budget:
 
 
 def error_allowed(factors: Sequence[Factor], tolerance: float, points: int) -> float:
-    """The expected error up to which the measured one is sure to stay within the tolerance."""
-    # Few nodes, or few points, see one draw of the phases, which may lie far from the mean.
-    nodes = min((_widest(a) for f in factors for a in (f.axis_x, f.axis_y)), default=0)
-    few = nodes < _FEW_NODES or points < _FEW_POINTS
-    share = 0.4 if points < _FEW_POINTS else 0.5
-    return (min(0.8, hypot(share, ROUNDING / tolerance)) if few else 0.8) * tolerance
+    """The expected error up to which the measured one is sure to stay within the tolerance.
+
+    Light on few nodes, or of few points, sees few draws of the phases, whose error may lie far from
+    the mean: three deviations of its power are left room for.
+    """
+    share = _SHARE_OF_FEW
+    if points >= _FEW_POINTS:
+        share = 1 / sqrt(1 + 3 / sqrt(max(1.0, min(_draws(factors), points))))
+    return min(0.8, hypot(share, ROUNDING / tolerance)) * tolerance
 
 
-def _widest(axis: Axis) -> int:
-    """Nodes of the longest run: runs are interpolated each for itself."""
-    return max((run.nodes.stop - run.nodes.start for run in axis.runs), default=0)
+def _draws(factors: Sequence[Factor]) -> float:
+    """Nodes that the light is spread over, about."""
+    powers = [_powers(factor) for factor in factors]
+    light = sum(power for power, _ in powers)
+    squares = sum(square for _, square in powers)
+    return light**2 / squares if squares > 0 else 1.0
+
+
+def _powers(factor: Factor) -> tuple[float, float]:
+    """Σ|field|² over the targets, from the baseband at the nodes among them; and the sum of the
+    squares of each node's share."""
+    weights = []
+    for axis in (factor.axis_y, factor.axis_x):
+        weight = np.zeros(len(axis.nodes))
+        for run in axis.runs:
+            weight[run.nodes] = run.weight
+        weights.append(weight)
+    power = factor.real.astype(np.float64) ** 2 + factor.imag.astype(np.float64) ** 2
+    light = float(weights[0] @ power @ weights[1])
+    return light, float(weights[0] ** 2 @ power**2 @ weights[1] ** 2)
 
 
 def promise_kept(factors: Sequence[Factor], budget: Budget, tolerance: float, points: int) -> bool:
@@ -86,14 +106,17 @@ def axis_powers(axis: Axis, targets: Floats, along: Along) -> tuple[Floats, Floa
 
     along : the points' waves; their weights count only where a footprint ends
     """
-    # Blocks of a run are alike but for its ends: three of them stand for all.
+    # Blocks of a run are alike but for its ends, and for where few points' footprints end.
     chosen: list[tuple[Block, bool, float, tuple[bool, bool]]] = []
     for run in axis.runs:
         own = axis.blocks_of(run)
+        count = max(3, _BLOCKS // len(along.x)) if run.tapered else 3
+        tried = np.unique(np.linspace(0, len(own) - 1, min(count, len(own))).astype(int))
         inner = sum(block.target_count for block in own[1:-1])
-        for i in sorted({0, len(own) // 2, len(own) - 1}) if own else []:
+        inside = sum(own[i].target_count for i in tried[1:-1])
+        for i in tried:
             ends = i == 0, i == len(own) - 1
-            times = 1.0 if any(ends) else inner / own[i].target_count
+            times = 1.0 if any(ends) else inner / inside
             chosen.append((own[i], run.tapered, times, ends))
     if not chosen:
         nothing = np.zeros(len(along.x))
@@ -129,10 +152,19 @@ def _tried(
 ) -> tuple[NDArray[np.intp], Floats]:
     """Some of a block's targets, and how many each stands for.
 
+    shift : of each in its share, 0 to 1; the others are as for `finer_at_ends`
+    """
+    bounds = finer_at_ends(targets, count, ends)
+    sizes = np.diff(bounds)
+    return bounds[:-1] + (shift * sizes).astype(np.intp), sizes.astype(np.float64)
+
+
+def finer_at_ends(targets: int, count: int, ends: tuple[bool, bool]) -> NDArray[np.intp]:
+    """Bounds of shares of a run of targets.
+
     count : of them, evenly spread
-    shift : of each in its share, 0 to 1
-    ends : whether the run begins and ends with the block: there the error may grow a hundredfold
-        over the last few targets, and more of them are tried
+    ends : which get smaller ones beside these, down to one target: where a run of nodes ends the
+        error may grow a hundredfold over the last few targets
     """
     count = min(count, targets)
     cuts = {targets * i // count for i in range(count + 1)}
@@ -141,21 +173,7 @@ def _tried(
         cuts.update(finer)
     if ends[1]:
         cuts.update(targets - n for n in finer)
-    bounds = np.array(sorted(cuts))
-    sizes = np.diff(bounds)
-    return bounds[:-1] + (shift * sizes).astype(np.intp), sizes.astype(np.float64)
-
-
-def light_of(factor: Factor) -> float:
-    """Σ|field|² over the targets, from the baseband at the nodes among them."""
-    weights = []
-    for axis in (factor.axis_y, factor.axis_x):
-        weight = np.zeros(len(axis.nodes))
-        for run in axis.runs:
-            weight[run.nodes] = run.weight
-        weights.append(weight)
-    power = factor.real.astype(np.float64) ** 2 + factor.imag.astype(np.float64) ** 2
-    return float(weights[0] @ power @ weights[1])
+    return np.array(sorted(cuts))
 
 
 def budget_of(
@@ -183,7 +201,7 @@ def budget_of(
 
 def together(apart: Budget, factor: Factor) -> Budget:
     """The budget of a factor, from that of its points each for itself."""
-    return replace(apart, light=min(apart.light, light_of(factor)))
+    return replace(apart, light=min(apart.light, _powers(factor)[0]))
 
 
 def expected_error(

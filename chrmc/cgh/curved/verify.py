@@ -16,7 +16,7 @@ from chrmc.cgh.curved.assembly import Factor, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import field_at
 from chrmc.cgh.curved.nodes import Axis
-from chrmc.cgh.curved.predict import ROUNDING
+from chrmc.cgh.curved.predict import ROUNDING, finer_at_ends
 from chrmc.cgh.curved.wave import phasor
 from chrmc.parallel import alone, in_parallel
 from chrmc.scene.points import PointCloud
@@ -25,13 +25,13 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 # Rows, and columns, of the lattice that pixels are drawn from, about; and how many at least in each
-# run of an axis: edges are narrow.
-_LINES = 28, 6
-_FEW_LINES = 14, 4  # the same where only lights are compared
+# run of an axis: edges are narrow. There are more at the ends of runs.
+_LINES = 20, 4
+_FEW_LINES = 10, 2  # the same where only lights are compared
 _MOST = 128  # pixels that are drawn: few where points are many
-_FOR_DIGIT = 2, 5  # of them at least for each digit asked for: such frames take longer
+_FOR_DIGIT = 3, 6  # of them at least for each digit asked for: such frames take longer
 _TIGHT = 4.5  # digits from which the second counts
-_WAVES = 20_000  # points times pixels, about
+_WAVES = 50_000  # points times pixels, about
 _MORE = 4  # times as many pixels, where few leave it open
 _OPEN = 0.75  # of the tolerance: where it is left open; so it is at twice what was expected
 _CLEAR, _AGAIN = 1.2, 2e6  # where it is not open any more; waves that a third draw may take
@@ -219,17 +219,10 @@ def _picked(
     picks, weights = [np.zeros(0, dtype=np.intp)], [np.zeros(0)]
     for start, stop in lit:
         size = stop - start
-        count = min(size, max(lines[1], round(lines[0] * size / total)))
-        if count == size:
-            picks.append(np.arange(start, stop))
-            weights.append(np.ones(size))
-            continue
-        # The two ends, where interpolation is at its worst, stand for themselves.
-        inner = count - 2
-        place = start + 1 + (np.arange(inner) + random.random(inner)) / inner * (size - 2)
-        inside = np.minimum(place.astype(np.intp), stop - 2)
-        picks.append(np.concatenate([[start], inside, [stop - 1]]))
-        weights.append(np.concatenate([[1.0], np.full(inner, (size - 2) / inner), [1.0]]))
+        bounds = finer_at_ends(size, max(lines[1], round(lines[0] * size / total)), (True, True))
+        sizes = np.diff(bounds)
+        picks.append(start + bounds[:-1] + (random.random(len(sizes)) * sizes).astype(np.intp))
+        weights.append(sizes.astype(np.float64))
     return np.concatenate(picks), np.concatenate(weights)
 
 

@@ -49,6 +49,26 @@ def test_a_short_last_block_is_read_as_well_as_the_others(
     assert np.sqrt(np.mean(missed**2)) < 3 * tolerance
 
 
+@given(
+    st.integers(20, 2000), st.floats(1e-3, 0.8), st.floats(0.01, 500), st.sampled_from(TOLERANCES)
+)
+@settings(max_examples=60, deadline=None)
+def test_waves_are_read_as_well_where_footprints_end_slowly(
+    targets: int, nyquist: float, wide: float, tolerance: float
+) -> None:
+    """Of edges a hundred times as wide as their run they were missed by up to 1000 times that."""
+    width = max(5.0, wide * targets)
+    grid = band.edge_grid(targets, nyquist, width, 2.0 * targets, tolerance, 60)
+    if grid is None:
+        return
+    matrix = band.edge_matrix(grid, grid.targets, nyquist, width, tolerance)
+    per = grid.spacings / grid.targets
+    waves = 2j * np.pi * np.linspace(0.02, 0.98, 13)[:, None] * nyquist / 2
+    read = np.exp(waves * (0.5 - grid.margin + np.arange(matrix.shape[1])) / per) @ matrix.T
+    missed = np.abs(read - np.exp(waves * (np.arange(grid.targets) + 0.5)))
+    assert np.sqrt(np.mean(missed**2)) < 2 * tolerance
+
+
 @pytest.mark.parametrize("tolerance", TOLERANCES)
 @pytest.mark.parametrize(("targets", "waves"), [(1920, 58), (1050, 34), (1920, 200), (300, 3)])
 def test_waves_of_the_band_are_read_off_few_nodes(

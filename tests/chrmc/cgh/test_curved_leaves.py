@@ -90,9 +90,17 @@ def test_points_of_each_cell_are_found_again() -> None:
     assert not clusters.cells(places, box, (1, 1, 1)).any()
 
 
-@pytest.mark.parametrize("seed", [5511437, 70011139])
+@pytest.mark.parametrize(
+    "seed",
+    [
+        5511437,  # two tall clusters near a panel
+        70011139,  # 44,538 points that all but cancel on one pixel
+        71000323,  # one point's footprint ends in the middle of another's edge
+        71000471,  # a lattice of one phase, whose error is largest at the panel's corners
+        71001455,  # edges a thousand times as wide as the panel
+    ],
+)
 def test_seeds_that_broke_a_promise(seed: int) -> None:
-    """Two tall clusters near a panel; 44,538 points that all but cancel on one pixel."""
     out = extremes.run(extremes.case_of(seed))
     assert not out.fault
     assert out.cpu < 15

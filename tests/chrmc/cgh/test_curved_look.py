@@ -47,17 +47,22 @@ def test_ends_of_runs_count_as_the_few_pixels_that_they_are() -> None:
 
 
 def test_a_tighter_frame_is_looked_at_more_closely() -> None:
-    assert [verify.waves_looked_at(10**6, 10.0**-n) for n in (1, 3, 4, 6)] == [4e6, 6e6, 8e6, 3e7]
-    assert [verify.waves_looked_at(points, 1e-3) for points in (10, 1000)] == [1280, 20_000]
+    assert [verify.waves_looked_at(10**6, 10.0**-n) for n in (1, 3, 4, 6)] == [
+        4e6,
+        9e6,
+        12e6,
+        3.6e7,
+    ]
+    assert [verify.waves_looked_at(points, 1e-3) for points in (10, 1000)] == [1280, 50_000]
 
 
 @pytest.mark.parametrize(
     ("error", "expected", "drawn"),
     [
-        (5e-4, 4e-4, [6]),
-        (5e-4, 2e-4, [6, 18]),  # more than twice what was expected
-        (8e-4, 1e-3, [6, 18, 72]),  # near the tolerance: each draw leaves it open
-        (1.4e-3, 1e-3, [6, 18]),  # past it
+        (5e-4, 4e-4, [9]),
+        (5e-4, 2e-4, [9, 27]),  # more than twice what was expected
+        (8e-4, 1e-3, [9, 27, 108]),  # near the tolerance: each draw leaves it open
+        (1.4e-3, 1e-3, [9, 27]),  # past it
     ],
 )
 def test_more_pixels_are_drawn_where_few_leave_it_open(
@@ -80,17 +85,14 @@ def test_more_pixels_are_drawn_where_few_leave_it_open(
     ("width", "points", "tolerance", "share"),
     [
         (320, 60, 1e-3, 0.8),
-        (320, 8, 1e-3, 0.8),
+        (320, 8, 1e-3, 1 / np.sqrt(1 + 3 / np.sqrt(8))),
         (320, 7, 1e-3, 0.4),  # one draw of few phases may lie far from the mean
         (320, 7, 1e-6, np.hypot(0.4, 0.5)),  # but rounding is as it is
         (320, 7, 7e-7, 0.8),
-        (70, 60, 1e-3, 0.8),
-        (64, 60, 1e-3, 0.5),
-        (64, 8, 1e-3, 0.5),
-        (64, 7, 1e-3, 0.4),
+        (64, 60, 1e-3, 0.8),
     ],
 )
-def test_more_room_is_left_where_few_points_or_nodes_see_one_draw(
+def test_more_room_is_left_where_few_points_see_one_draw(
     width: int, points: int, tolerance: float, share: float
 ) -> None:
     panel = SLM("narrow", width, 200, 16e-6)
@@ -104,6 +106,26 @@ def test_more_room_is_left_where_few_points_or_nodes_see_one_draw(
     for part, kept in ((0.99, True), (1.01, False)):
         expected = replace(budget, error=(part * allowed) ** 2 * budget.light)
         assert predict.promise_kept([factor], expected, tolerance, points) == kept
+
+
+@pytest.mark.parametrize(
+    ("lit", "share"), [((1, 1), 0.5), ((2, 2), 1 / np.sqrt(2.5)), ((3, 3), 1 / np.sqrt(2))]
+)
+def test_more_room_is_left_where_light_is_on_few_nodes(lit: tuple[int, int], share: float) -> None:
+    random = np.random.default_rng(0)
+    places = random.uniform((-3e-4, -3e-4, 0.1497), (3e-4, 3e-4, 0.1503), (60, 3))
+    cloud = PointCloud(places, np.ones(60), np.zeros(60))
+    plane = curved.plane_of(PANEL, WAVELENGTH, Window.full(PANEL), UNLIMITED)
+    factor, _ = curved.make_factor(cloud, plane, 1e-3)
+    dark = np.zeros_like(factor.real)
+    some = dark.copy()
+    some[5 : 5 + lit[0], 6 : 6 + lit[1]] = 1
+    corner = replace(factor, real=some, imag=dark)
+    assert predict.error_allowed([corner], 1e-3, 60) == pytest.approx(share * 1e-3)
+    # Two such clusters are twice as many draws.
+    both = predict.error_allowed([corner, corner], 1e-3, 60)
+    n = 2 * lit[0] * lit[1]
+    assert both == pytest.approx(1e-3 / np.sqrt(1 + 3 / np.sqrt(n)))
 
 
 def test_the_points_that_are_tried_stand_for_all_of_the_light() -> None:

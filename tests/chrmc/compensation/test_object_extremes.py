@@ -20,6 +20,9 @@ from chrmc.slm import SLM
         1031,  # two points: their error stands in one corner
         6001,  # three points 17 m away: a strip of thousands of places
         8200321,  # seven points, most of whose error is in one row of pixels
+        72001843,  # objects that graze the panel and cancel in part
+        72003255,  # half of the error in a thousandth of the pixels, at corners
+        72003872,  # light on a corner, a hundredth of the nodes
     ],
 )
 def test_the_promise_is_kept_or_refused(seed: int) -> None:
