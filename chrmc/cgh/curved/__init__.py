@@ -36,6 +36,7 @@ from chrmc.cgh.curved.direct import BEARABLE, QUICK, SMALL, direct_field, roundi
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.predict import Budget, error_allowed
 from chrmc.cgh.curved.rays import by_rays, rays_pay
+from chrmc.cgh.curved.refusal import Refusal
 from chrmc.cgh.curved.verify import SURE, look
 from chrmc.cgh.curved.wave import phasor
 from chrmc.cgh.method import CGHMethod
@@ -110,7 +111,7 @@ def low_rank(
 ) -> LowRank:
     """The cloud's hologram on a window, cluster by cluster.
 
-    Raises ValueError when the tolerance cannot be met.
+    Raises Refusal when the tolerance cannot be met.
     """
     check_tolerance(tolerance)
     plane = replace(plane_of(slm, wavelength, window, passband), points=len(cloud))
@@ -143,7 +144,7 @@ def low_rank(
     enough = float(f"{2 * tolerance * error / allowed:.1g}")
     # Far from it, as where waves cancel, what coarser nodes would do nobody has tried.
     more = f"allow {enough:g}, or " if enough <= min(_NEAR * tolerance, TOLERANCES[1]) else ""
-    raise ValueError(
+    raise Refusal(
         f"the curved method cannot promise a tolerance of {tolerance:g} here: it expects an error "
         f"of {error:.3g}, as where waves all but cancel; {more}use rt"
     )
@@ -294,7 +295,7 @@ def _sum(
         total = direct_field(cloud, x, y, wavelength, plane.reach)
         rounding = rounding_of(total, cloud, x, y, plane.reach)
         if _DRAWS * rounding > tolerance:
-            raise ValueError(
+            raise Refusal(
                 f"a tolerance of {tolerance:g} cannot be kept here: waves all but cancel, and "
                 f"double precision holds what is left to {rounding:.2g}; leave out points that "
                 "cancel each other, or allow more"
@@ -309,7 +310,7 @@ def _sum(
         return rays
     try:
         return low_rank(*given, tolerance=tolerance)
-    except ValueError:
+    except Refusal:
         if not pay and work > QUICK and (rays := by_rays(*given, plane, tolerance)) is not None:
             return rays
         if work <= BEARABLE:

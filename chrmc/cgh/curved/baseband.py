@@ -17,6 +17,7 @@ from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.levels import SINGLE, levels_for, precision_for
 from chrmc.cgh.curved.nonuniform import nonuniform_baseband, transforms_pay
 from chrmc.cgh.curved.predict import ROUNDING, Budget, expected_error, together
+from chrmc.cgh.curved.refusal import Refusal
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.tables import (
     MOST_AT_ONCE,
@@ -139,7 +140,7 @@ def sum_points(
             if 1 < len(parts) <= room:
                 return _from_leaves(parts, axes, reference, plane, tolerance, room)
         if each > most:
-            raise ValueError(
+            raise Refusal(
                 f"points at {1e3 * box[2, 0]:.3g} mm would take {each:.1e} waves "
                 f"each, more than {most:.1e}: no short series fits them; move them farther away "
                 "or closer together, or take fewer"

@@ -18,7 +18,8 @@ predict   `sample_points` stand for all, `budget_of` gives the `Budget` of a fac
 cost      `split` gives the clusters, `cost_of` counts a hologram beforehand, `pixels_from` its way
           from nodes to pixels, `waves_looked_at` the look
 few       `SMALL` points times pixels are summed one by one
-at once   `low_rank` does all of this for one cloud; `in_parallel` and `alone` divide the cores up
+at once   `low_rank` does all of this for one cloud, or raises `Refusal`; `in_parallel` and
+          `alone` divide the cores up
 """
 
 from chrmc.cgh.curved import (
@@ -39,6 +40,7 @@ from chrmc.cgh.curved.edge import Reading, readings_of
 from chrmc.cgh.curved.nodes import Axis, Line, part_of
 from chrmc.cgh.curved.nonuniform import MANY_POINTS, transformed
 from chrmc.cgh.curved.predict import Budget, budget_of, promise_kept, sample_points
+from chrmc.cgh.curved.refusal import Refusal
 from chrmc.cgh.curved.series import Remainder, Series, make_series
 from chrmc.cgh.curved.taps import Taps, taps_for
 from chrmc.cgh.curved.verify import SURE, light_kept, measured_error, waves_looked_at
@@ -58,6 +60,7 @@ __all__ = [
     "Plane",
     "Reading",
     "Reference",
+    "Refusal",
     "Remainder",
     "Series",
     "Summed",

@@ -38,10 +38,7 @@ def rays_pay(
     seconds = STATED.seconds(rt.cost(cloud, slm, wavelength, window, passband))
     if seconds > _BEARABLE:
         return False
-    try:
-        return seconds < STATED.seconds(cost_of(cloud, plane, tolerance))
-    except ValueError:  # no low-rank form can be planned
-        return True
+    return seconds < STATED.seconds(cost_of(cloud, plane, tolerance))
 
 
 def by_rays(

@@ -9,9 +9,7 @@ adds and removes the points whose visibility changed, and multiplies two matrice
 Needs objects with a body and a pose (`ObjectFrame.body`, `.ids`, `.pose`). Where identities are
 unknown (RGB-D frames) nothing says how a point moved, and a freshly quantised twin of a moved
 point has another phase: such an object is computed afresh by the same low-rank form whenever its
-points differ, and the frame is a key frame.
-
-Works on basebands, so the CGH method has to be `curved`.
+points differ, and the frame is a key frame. The CGH method has to be `curved`: these are basebands.
 """
 
 from collections.abc import Iterator
@@ -25,6 +23,7 @@ from chrmc.cgh.curved.interface import (
     SURE,
     Budget,
     Factor,
+    Refusal,
     alone,
     check_tolerance,
     low_rank,
@@ -130,7 +129,7 @@ class _Maker:
                 continue
             try:
                 frame = self._frame(scene_frame)
-            except ValueError:  # as where waves all but cancel: `curved` has other ways
+            except Refusal:  # as where waves all but cancel: `curved` has other ways
                 frame = self._plain(number, "the low-rank form is not exact enough")
             yield frame
 
