@@ -3,6 +3,7 @@
 from io import BytesIO
 from pathlib import Path
 from typing import Any
+from warnings import catch_warnings, filterwarnings
 
 from chrmc.files import replacing
 
@@ -39,11 +40,18 @@ def new_figure(size: tuple[float, float], rows: int = 1, columns: int = 1, **mor
 def save(figure: Any, path: str | Path, dpi: float = 130, **more: Any) -> None:
     """Write a figure, whole or not at all; `more` as `Figure.savefig` takes it."""
     path = check_figure(path)
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):  # of strangers' names and comments
+        text.set_text("".join(c if c.isprintable() or c == "\n" else "?" for c in text.get_text()))
     # Not onto the disk at once: writers of PDF stumble over a full one.
     buffer = BytesIO()
-    figure.savefig(
-        buffer, format=path.suffix[1:].lower(), dpi=dpi, facecolor=figure.get_facecolor(), **more
-    )
+    with catch_warnings():
+        filterwarnings("ignore", "Glyph .* missing")  # a box is drawn for it
+        figure.savefig(
+            buffer, format=path.suffix[1:].lower(), dpi=dpi, facecolor=figure.get_facecolor(),
+            **more,
+        )  # fmt: skip
     with replacing(path) as partial:
         partial.write_bytes(buffer.getvalue())
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
+from chrmc.interrupts import interrupts_wait
 from chrmc.ranges import Count
 from chrmc.threads import THREADS
 from chrmc.threads import workers as cores
@@ -69,17 +70,19 @@ def _clients(
     share = {THREADS: str(max(1, cores() // count))}
     with ExitStack() as started:
         try:
-            cluster = started.enter_context(
-                LocalCluster(
-                    n_workers=count,
-                    threads_per_worker=1,
-                    processes=True,
-                    dashboard_address="127.0.0.1:0",
-                    silence_logs=logging.CRITICAL,
-                    env=share,
-                    memory_limit=0,
+            # Of a cluster that has not quite started dask cannot be rid without a traceback.
+            with interrupts_wait():
+                cluster = started.enter_context(
+                    LocalCluster(
+                        n_workers=count,
+                        threads_per_worker=1,
+                        processes=True,
+                        dashboard_address="127.0.0.1:0",
+                        silence_logs=logging.CRITICAL,
+                        env=share,
+                        memory_limit=0,
+                    )
                 )
-            )
             client = started.enter_context(Client(cluster, timeout=_START, set_as_default=False))
         except TimeoutError:
             raise OSError(

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -279,6 +280,21 @@ def test_a_cluster_that_cannot_be_is_told_and_nothing_is_left(
     assert told.count("\n") == 1
     assert words in told
     assert not (own / "v").exists()
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="reads children of Linux")
+@pytest.mark.parametrize("later", [0.2, 0.6])
+def test_an_interrupt_while_workers_start_is_one_line(own: Path, later: float) -> None:
+    run = start(own, "v", "field", "--workers", "2")
+    tasks = Path(f"/proc/{run.pid}/task")
+    while not any(one.read_text() for one in tasks.glob("*/children")):
+        assert run.poll() is None, run.communicate()
+        time.sleep(0.01)
+    time.sleep(later)
+    run.send_signal(signal.SIGTERM)
+    _, told = run.communicate(timeout=120)
+    assert run.returncode == 130
+    assert told.strip() == "chrmc: interrupted; what was finished is kept"
 
 
 @pytest.mark.long
