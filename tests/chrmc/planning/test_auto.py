@@ -75,7 +75,7 @@ def test_the_error_check_keeps_to_its_share(tmp_path: Path) -> None:
     crowd = chrmc.PointScene("crowd", {"body": many}, {"body": poses})
     recipes = [
         recipe_for(crowd, PANEL, check_share=share, compensation="none")
-        for share in (0.0, 0.001, 0.05, 1.0)
+        for share in (0.0, 0.001, 0.1, 1.0)
     ]
     none, little, usual, much = (Check(r.check_pixels, r.check_every) for r in recipes)
     assert none.pixels == 0 and not none.includes(1, 20, 96)
