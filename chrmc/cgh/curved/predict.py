@@ -66,11 +66,11 @@ def error_allowed(factors: Sequence[Factor], tolerance: float, points: int) -> f
     """The expected error up to which the measured one is sure to stay within the tolerance.
 
     Light on few nodes, or of few points, sees few draws of the phases, whose error may lie far from
-    the mean: three deviations of its power are left room for.
+    the mean: three deviations of its power are left room for, of an error on a quarter of them.
     """
     share = _SHARE_OF_FEW
     if points >= _FEW_POINTS:
-        share = 1 / sqrt(1 + 3 / sqrt(max(1.0, min(_draws(factors), points))))
+        share = 1 / sqrt(1 + 3 / sqrt(max(1.0, min(_draws(factors), points) / 4)))
     return min(0.8, hypot(share, ROUNDING / tolerance)) * tolerance
 
 

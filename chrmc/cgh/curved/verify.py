@@ -34,7 +34,7 @@ _TIGHT = 4.5  # digits from which the second counts
 _WAVES = 50_000  # points times pixels, about
 _MORE = 4  # times as many pixels, where few leave it open
 _OPEN = 0.75  # of the tolerance: where it is left open; so it is at twice what was expected
-_CLEAR, _AGAIN = 1.2, 2e6  # where it is not open any more; waves that a third draw may take
+_CLEAR, _AGAIN = 1.2, 1e7  # where it is not open any more; waves that a third draw may take
 SURE = 0.9
 """Share of the tolerance up to which the error on some pixels is taken as kept on all."""
 
