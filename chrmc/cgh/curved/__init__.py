@@ -34,7 +34,7 @@ from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.cost import cost_of
 from chrmc.cgh.curved.direct import BEARABLE, QUICK, SMALL, direct_field, rounding_of
 from chrmc.cgh.curved.nodes import Line
-from chrmc.cgh.curved.predict import Budget, error_allowed
+from chrmc.cgh.curved.predict import FEW_POINTS, Budget, draws_of, error_allowed
 from chrmc.cgh.curved.rays import by_rays, rays_pay
 from chrmc.cgh.curved.refusal import Refusal
 from chrmc.cgh.curved.verify import SURE, look
@@ -54,6 +54,7 @@ TOLERANCES = (1e-6, 1e-1)
 
 _NEAR = 5.0  # times a tolerance, up to which another one is named
 _DRAWS = 3.0  # times what rounding leaves on the whole: one pixel may have it
+_FOR_FEW = 0.6  # of the first aim, where less may be expected: another attempt takes longer
 _MUCH, _HARDLY = 0.1, 0.5  # closer nodes, of the aim before; an error all but as large as before
 
 
@@ -117,7 +118,9 @@ def low_rank(
     plane = replace(plane_of(slm, wavelength, window, passband), points=len(cloud))
     # The largest first, so that the others fit beside it.
     parts = sorted(clusters.split(cloud, plane), key=len, reverse=True)
+    draws = draws_of(cloud)
     aim, before, closer = first_aim(tolerance), np.inf, 1.0
+    aim *= _FOR_FEW if draws < FEW_POINTS else 1.0
     made: dict[int, tuple[Factor, Budget]] = {}
     due = list(range(len(parts)))
     for _ in range(4):
@@ -125,7 +128,7 @@ def low_rank(
         made |= zip(due, in_parallel(make, [parts[number] for number in due]), strict=True)
         factors = [made[number][0] for number in range(len(parts))]
         budget = sum((budget for _, budget in made.values()), Budget(0.0, 0.0))
-        error, allowed = budget.relative, error_allowed(factors, tolerance, len(cloud))
+        error, allowed = budget.relative, error_allowed(factors, tolerance, draws)
         least = budget.least
         due = _missing({n: one.error for n, (_, one) in made.items()}, allowed**2 * budget.light)
         if error <= allowed:

@@ -30,7 +30,9 @@ _TARGETS = 5  # targets of each block that are tried, more at the ends of runs o
 _BLOCKS = 200  # of a run with edges, times points, that are tried; three at least
 ROUNDING = 5e-7
 """Relative error that single-precision products and pixels leave."""
-_FEW_POINTS, _SHARE_OF_FEW = 8, 0.4  # their errors have shapes of their own
+FEW_POINTS = 8
+"""Up to which errors have shapes of their own."""
+_SHARE_OF_FEW = 0.4
 
 
 @dataclass(frozen=True)
@@ -62,14 +64,27 @@ class Budget:
         return sqrt(self.rounding / self.light) if self.light > 0 else 0.0
 
 
+def draws_of(cloud: PointCloud) -> int:
+    """Phases that are drawn: as many as points, where these are random, one where they are alike.
+
+    Whose errors, like their light, add up in some places.
+    """
+    together = np.hypot(*(cloud.amplitude @ turn(cloud.phase) for turn in (np.cos, np.sin)))
+    if not together > 0:
+        return len(cloud)
+    return int(min(len(cloud), max(1.0, (cloud.amplitude.sum() / together) ** 2)))
+
+
 def error_allowed(factors: Sequence[Factor], tolerance: float, points: int) -> float:
     """The expected error up to which the measured one is sure to stay within the tolerance.
+
+    points : or phases of these, see `draws_of`
 
     Light on few nodes, or of few points, sees few draws of the phases, whose error may lie far from
     the mean: three deviations of its power are left room for, of an error on a quarter of them.
     """
     share = _SHARE_OF_FEW
-    if points >= _FEW_POINTS:
+    if points >= FEW_POINTS:
         share = 1 / sqrt(1 + 3 / sqrt(max(1.0, min(_draws(factors), points) / 4)))
     return min(0.8, hypot(share, ROUNDING / tolerance)) * tolerance
 

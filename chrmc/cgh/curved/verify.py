@@ -16,7 +16,7 @@ from chrmc.cgh.curved.assembly import Factor, reference_cycles
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.direct import field_at
 from chrmc.cgh.curved.nodes import Axis
-from chrmc.cgh.curved.predict import ROUNDING, finer_at_ends
+from chrmc.cgh.curved.predict import FEW_POINTS, ROUNDING, draws_of, finer_at_ends
 from chrmc.cgh.curved.wave import phasor
 from chrmc.parallel import alone, in_parallel
 from chrmc.scene.points import PointCloud
@@ -33,6 +33,7 @@ _FOR_DIGIT = 3, 6  # of them at least for each digit asked for: such frames take
 _TIGHT = 4.5  # digits from which the second counts
 _WAVES = 50_000  # points times pixels, about
 _MORE = 4  # times as many pixels, where few leave it open
+_ALIKE = 4  # times as many, where phases are alike: lattices err in a few places
 _OPEN = 0.75  # of the tolerance: where it is left open; so it is at twice what was expected
 _CLEAR, _AGAIN = 1.2, 1e7  # where it is not open any more; waves that a third draw may take
 SURE = 0.9
@@ -75,12 +76,14 @@ class Lattice:
         points: int,
         tolerance: float,
         expected: float,
+        times: int = 1,
     ) -> float:
         """Relative L2 error, estimated on crossings drawn by their light and evenly.
 
         exact : x, y (K,) → the truth there; points : how many waves that takes each
         expected : what was worked out beforehand; more pixels are drawn where few contradict it,
             and more again where many leave open whether it is the tolerance
+        times : as many from the beginning
         """
         total = float(self.power.sum())
         # A quarter evenly from the crossings, many of which are at ends of runs: few pixels, whose
@@ -89,7 +92,7 @@ class Lattice:
         chance += 0.5 * self.power / total if total > 0 else chance
         cumulative = np.cumsum(chance.ravel())
         random = np.random.default_rng(0)
-        count = _pixels_for(points, tolerance)
+        count = times * _pixels_for(points, tolerance)
         waves = points * count
         squares = np.zeros(0)
         for number, more in enumerate((count, (_MORE - 1) * count, (_MORE - 1) * _MORE * count)):
@@ -150,7 +153,8 @@ def look(
         half = len(x) // 2
         return np.concatenate(in_parallel(some, [slice(half), slice(half, None)]))
 
-    return lattice.error(exact, plane, len(cloud), tolerance, expected), least
+    few = len(cloud) > FEW_POINTS and draws_of(cloud) < FEW_POINTS
+    return lattice.error(exact, plane, len(cloud), tolerance, expected, _ALIKE if few else 1), least
 
 
 @alone

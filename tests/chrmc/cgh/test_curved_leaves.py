@@ -96,6 +96,7 @@ def test_points_of_each_cell_are_found_again() -> None:
         5511437,  # two tall clusters near a panel
         70011139,  # 44,538 points that all but cancel on one pixel
         71000323,  # one point's footprint ends in the middle of another's edge
+        4520038,  # a lattice of one phase on 8192 x 8192 pixels
         71000471,  # a lattice of one phase, whose error is largest at the panel's corners
         4411438,  # nearly all of the error in a corner of the panel
         71001455,  # edges a thousand times as wide as the panel

@@ -147,3 +147,34 @@ def test_the_points_that_are_tried_stand_for_all_of_the_light() -> None:
     assert len(predict.sample_points(strength[:33], positions[:33])[0]) <= 32
     few = predict.sample_points(strength[:32], positions[:32])
     assert np.array_equal(few[0], np.arange(32)) and np.array_equal(few[1], strength[:32])
+
+
+def test_phases_that_are_alike_are_one_draw() -> None:
+    random = np.random.default_rng(3)
+    places, amplitude = random.random((5000, 3)) + 1, random.uniform(0.2, 1, 5000)
+    alike = PointCloud(places, amplitude, np.full(5000, 2.0))
+    assert predict.draws_of(alike) == 1
+    mixed = PointCloud(places, amplitude, random.uniform(0, 6.3, 5000))
+    assert 400 < predict.draws_of(mixed) <= 5000
+    # Of a point and its opposite the sum says nothing.
+    pair = PointCloud(places[:2], np.ones(2), np.array([0.0, np.pi]))
+    assert predict.draws_of(pair) == 2
+    assert predict.draws_of(alike.select(slice(0))) == 0
+
+
+@pytest.mark.parametrize(("phase", "drawn"), [(0.0, 4), (6.3, 1)])
+def test_lattices_of_one_phase_are_looked_at_on_more_pixels(
+    phase: float, drawn: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    random = np.random.default_rng(0)
+    places = random.uniform((-3e-4, -3e-4, 0.1497), (3e-4, 3e-4, 0.1503), (20_000, 3))
+    cloud = PointCloud(places, np.ones(20_000), random.uniform(0, 1, 20_000) * phase)
+    plane = curved.plane_of(PANEL, WAVELENGTH, Window.full(PANEL), UNLIMITED)
+    factor, _ = curved.make_factor(cloud, plane, 1e-3)
+    pixels: list[int] = []
+    whole = verify.field_at
+    monkeypatch.setattr(
+        verify, "field_at", lambda *given: (pixels.append(len(given[1])), whole(*given))[1]
+    )
+    verify.measured_error([factor], cloud, plane, 2e-3, 1e-3)
+    assert sum(pixels) == drawn * 8
