@@ -43,6 +43,7 @@ MOST_WAVES = 2e8
 _QUICK = 1e7  # the same up to which that is quicker than smaller clusters
 _MOST_LEAVES = 2000  # sub-clusters of a cluster, some 20 ms each
 _SAMPLES = 0.1  # of a series, for each wave that it saves
+_INSTEAD = 4  # times as many, where waves may not be summed one by one
 _POLYNOMIALS = 8  # of a point, that take no less than one wave
 TIGHT, _EXPECTED = 2e-5, 0.9  # of such tolerances, what nodes and series may be expected to miss
 
@@ -139,13 +140,16 @@ def sum_points(
             parts = clusters.leaves(cloud, box, (2, 2, 2))
             if 1 < len(parts) <= room:
                 return _from_leaves(parts, axes, reference, plane, tolerance, room)
-        if each > most:
+        if each <= most:
+            return *exact_baseband(cloud, *axes, wave), Remainder()
+        # As of one sub-cluster of many: a series that takes longer than its waves would.
+        series = series_for(cloud, axes, reference, plane, tolerance, _INSTEAD * len(cloud))
+        if series is None or series.terms > _MOST_TERMS:
             raise Refusal(
                 f"points at {1e3 * box[2, 0]:.3g} mm would take {each:.1e} waves "
                 f"each, more than {most:.1e}: no short series fits them; move them farther away "
                 "or closer together, or take fewer"
             )
-        return *exact_baseband(cloud, *axes, wave), Remainder()
     levels, between = levels_for(cloud, axes, reference, plane, tolerance, series)
     missed = Remainder(series, between)
     expect = None if beside is None else partial(beside, missed)
