@@ -4,8 +4,8 @@ A cluster's field is S(x, y)·m(x, y), S the separable reference wave from its c
 m varies slowly, so that a few hundred even nodes in x and about a hundred in y fix it, and the
 hologram is A_y·M·A_x: two matrix products, no per-pixel transcendental.
 
-plan      clusters, nodes, bandwidth, band, chebyshev
-sum       condense, baseband, tables, series, wave; direct and rays where these are exact or quick
+plan      clusters, axes, nodes, bandwidth, band, chebyshev
+sum       condense, baseband, series, levels, tables, wave; direct and rays where exact or quick
 assemble  assembly
 predict   predict, before a pixel is computed, and verify, on some pixels
 
