@@ -76,10 +76,14 @@ def reference_samples(
             xj, yj, zj = (c[:, None] for c in cloud.positions[j0 : j0 + points].T)
             dx, dy = x[part] - xj, y[part] - yj
             weight = taper(dx, zj * half_x) * taper(dy, zj * half_y)
-            distance = np.sqrt(dx**2 + dy**2 + zj**2)
-            # Whole turns out first, or the sum with the phase would lose its digits.
-            cycles = distance / wavelength
+            aside = dx**2 + dy**2
+            distance = np.sqrt(aside + zj**2)
+            # r = z + ρ²/(r + z), and whole turns out of each: far away, waves that all but cancel
+            # differ in digits that r itself has not.
+            cycles = aside / (distance + zj) / wavelength
             cycles -= np.rint(cycles)
+            along = zj / wavelength
+            cycles += along - np.rint(along)
             phase = 2 * np.pi * cycles + cloud.phase[j0 : j0 + points, None]
             amplitude = cloud.amplitude[j0 : j0 + points, None] * weight / distance
             field[part] += np.sum(amplitude * np.exp(1j * phase), axis=0)

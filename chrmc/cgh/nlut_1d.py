@@ -18,6 +18,7 @@ from chrmc.cgh.pfp import (
     PFPTable,
     Placed,
     axis_factors,
+    axis_lines,
     placed_waves,
     quarter_axis,
 )
@@ -50,10 +51,14 @@ def field(
     table = PFPTable() if cache is None else cache
     out = np.zeros(window.shape, dtype=np.complex64)
     everything = Placed.of(cloud, slm, wavelength, depth_step, subpixel)
+    everything = everything.select(np.argsort(everything.plane, kind="stable"))
     extent = everything.extent(slm, wavelength, passband)
     for start in range(0, len(cloud), _POINTS):
         part = everything.select(slice(start, start + _POINTS))
         weight = part.factor / part.plane.astype(np.float32)
+        planes, point_of, shared = np.unique(part.plane, return_inverse=True, return_counts=True)
+        # A pattern that one point alone would look up is that point's line.
+        alone = shared[point_of] == 1
         axes = []
         for axis, pixels, f_max in (
             (0, window.rows, passband.fy_max),
@@ -63,8 +68,14 @@ def field(
             # Past the table's end lies nothing but a footprint's zero.
             lit = steps < extent[axis]
             lines = np.empty(steps.shape, dtype=np.complex64)
-            for z, tapered in set(zip(part.plane.tolist(), part.shift_only.tolist(), strict=True)):
-                chosen = (part.plane == z) & (part.shift_only == tapered)
+            lines[alone] = axis_lines(
+                steps[alone] * slm.pixel_pitch, part.select(alone), wavelength, f_max
+            )
+            for plane, tapered in {
+                *zip(point_of[~alone].tolist(), part.shift_only[~alone].tolist(), strict=True)
+            }:
+                chosen = (point_of == plane) & (part.shift_only == tapered)
+                z = float(planes[plane])
                 pattern = quarter_axis(table, slm, wavelength, z, f_max, extent[axis], tapered)
                 lines[chosen] = pattern[np.minimum(steps[chosen], len(pattern) - 1)]
             lines *= lit

@@ -143,6 +143,17 @@ def quarter_axis(
     return table.at_least(key, (extent,), build)
 
 
+def axis_lines(
+    d: NDArray[np.floating], placed: "Placed", wavelength: float, f_max: float
+) -> NDArray[np.complex64]:
+    """(N, pixels) what `quarter_axis` holds at distances d (N, pixels) from each point, on a
+    plane of its own."""
+    out = cycles_to_phasor(excess(d, placed.plane[:, None], "fresnel") / wavelength)
+    own = placed.shift_only
+    out[own] *= taper(d[own], placed.plane[own, None] * reach(wavelength, f_max)).astype(np.float32)
+    return out
+
+
 @dataclass(frozen=True, eq=False)
 class Placed:
     """Points sorted onto pixels and depth planes.
@@ -210,7 +221,7 @@ class Placed:
             )
         return out[0], out[1]
 
-    def select(self, index: NDArray[np.intp] | slice) -> "Placed":
+    def select(self, index: NDArray[np.intp] | NDArray[np.bool_] | slice) -> "Placed":
         """The points that an index array or slice picks."""
         return Placed(
             self.index[index],

@@ -17,7 +17,7 @@ from chrmc.cli.names import (
 )
 from chrmc.encoding import CODINGS
 from chrmc.panels import PANELS, encoding_for, panel_named
-from chrmc.ranges import short
+from chrmc.ranges import TOLERANCE_RANGE, Range, short
 from chrmc.slm import SLM
 
 
@@ -41,6 +41,20 @@ class FrameRange(click.ParamType):
         if ends is None:
             self.fail(f"{short(value)} is no frame range; write A:B, such as 1:80", param, ctx)
         return ends
+
+
+class Quantity(click.ParamType):
+    """A number in a range: refused before a scene is read."""
+
+    name = "float"
+
+    def __init__(self, within: Range) -> None:
+        self.within = within
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        return self.within.of(click.FLOAT.convert(value, param, ctx))
 
 
 class Paths(click.ParamType):
@@ -232,7 +246,7 @@ method_options = stacked(
     ),
     click.option(
         "--tolerance",
-        type=float,
+        type=Quantity(TOLERANCE_RANGE),
         default=None,
         help="Largest relative field error against the exact truth. [1e-3]",
     ),

@@ -5,17 +5,23 @@ from typing import Any
 
 import click
 
-from chrmc.cli.arguments import form_option, frames_option, slm_option, wavelength_option
+from chrmc.cli.arguments import Quantity, form_option, frames_option, slm_option, wavelength_option
 from chrmc.cli.budget import Budget
 from chrmc.cli.scene_options import scene_from, scene_options, things_argument
 from chrmc.encoding import CODINGS
 from chrmc.panels import encoding_for
+from chrmc.ranges import TOLERANCE_RANGE
 from chrmc.slm import SLM
 
 
 @click.command("plan")
 @things_argument
-@click.option("--tolerance", type=float, default=None, help="Largest relative field error. [1e-3]")
+@click.option(
+    "--tolerance",
+    type=Quantity(TOLERANCE_RANGE),
+    default=None,
+    help="Largest relative field error. [1e-3]",
+)
 @click.option("--budget", type=Budget(), default=None, help="Time per frame, or frames per second.")
 @slm_option
 @wavelength_option

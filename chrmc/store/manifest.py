@@ -2,11 +2,14 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import fields
-from typing import Any
+from dataclasses import asdict, fields
+from math import isfinite
+from types import UnionType
+from typing import Any, get_origin
 
 from chrmc.encoding import CODINGS
 from chrmc.ranges import WAVELENGTH_RANGE, Count, Range, real, short
+from chrmc.record import FrameRecord
 from chrmc.response import GreyResponse
 from chrmc.slm import SLM
 
@@ -17,6 +20,8 @@ SCALE = Range("scale", 1e-22, 1e15, unit="")
 POWER = Range("an object's power", 0.0, 1e60, unit="")
 FRAME = Count("frame number", 1, 10**9)
 GROUP = Count("group", 1, 10**9)
+MANY = 10**18
+"""No frame takes more points, or points times pixels."""
 _SUFFIXES = (".tif", ".tiff", ".png")
 
 
@@ -46,7 +51,7 @@ def checked(content: Any) -> dict[str, Any]:
     numbers = [entry["number"] for entry in checked_frames]
     if len(set(numbers)) != len(numbers):
         raise ValueError("a frame is listed twice")
-    return {
+    known = {
         **manifest,
         "slm": SLM(**{**slm, "name": _text("slm's name", slm["name"])}),
         "wavelength": WAVELENGTH_RANGE.of(_needed(manifest, "wavelength")),
@@ -62,6 +67,21 @@ def checked(content: Any) -> dict[str, Any]:
         "response": _response(manifest.get("response")),
         "frames": sorted(checked_frames, key=lambda entry: int(entry["number"])),
     }
+    for key, value in known.items():
+        _finite(key, value)
+    return known
+
+
+def _finite(name: str, value: Any) -> None:
+    """ValueError for NaN and infinity anywhere in a value: JSON has neither."""
+    if isinstance(value, dict):
+        for key, entry in value.items():
+            _finite(f"{name}: {short(key)}", entry)
+    elif isinstance(value, list):
+        for entry in value:
+            _finite(name, entry)
+    elif isinstance(value, float) and not isfinite(value):
+        raise ValueError(f"{name} must be finite, not {value}")
 
 
 def plain_file(name: Any) -> str:
@@ -85,26 +105,40 @@ def _methods(value: Any) -> dict[str, Any]:
 
 
 def checked_frame(entry: Any) -> dict[str, Any]:
-    """A frame's entry with plain types; ValueError names what is wrong."""
+    """A frame's entry with plain types, as `FrameRecord` declares them; what is missing was not
+    measured. ValueError names what is wrong.
+    """
     frame = _mapping("a frame", entry)
     number = FRAME.of(_needed(frame, "number"))
-    objects = frame.get("objects", [])
-    if not isinstance(objects, list):
-        raise ValueError(f"frame {number}: objects must be a list")
-    for key in ("error_reference", "error_reuse", "error_predicted"):
-        if frame.get(key) is not None:
-            real(f"frame {number}: {key}", frame[key])
-    for stage, seconds in _mapping(
-        f"frame {number}: stage_seconds", frame.get("stage_seconds", {})
-    ).items():
+    frame = {**asdict(FrameRecord(number)), **frame}
+    for field in fields(FrameRecord):
+        _declared(f"frame {number}: {field.name}", frame[field.name], field.type)
+    for stage, seconds in frame["stage_seconds"].items():
         real(f"frame {number}: seconds of {stage}", seconds)
+    for name, reason in frame["reuse"].items():
+        _text(f"frame {number}: reuse of {name}", reason)
     return {
         **frame,
         "number": number,
         "file": plain_file(_needed(frame, "file")),
         "sha256": _text("sha256", frame.get("sha256", "")),
-        "objects": [_object(number, o) for o in objects],
+        "objects": [_object(number, o) for o in frame["objects"]],
     }
+
+
+def _declared(name: str, value: Any, declared: Any) -> None:
+    """ValueError where a value is not of a field's declared type."""
+    kind = get_origin(declared) or declared
+    if kind is int:
+        Count(name, 0, MANY).of(value)
+    elif kind is float or (kind is UnionType and value is not None):
+        real(name, value)
+    elif kind is bool and not isinstance(value, bool):
+        raise ValueError(f"{name} must be true or false, not {short(value)}")
+    elif kind is list and not isinstance(value, list):
+        raise ValueError(f"{name} must be a list, not {short(value)}")
+    elif kind is dict:
+        _mapping(name, value)
 
 
 def _object(number: int, entry: Any) -> dict[str, Any]:
@@ -115,6 +149,10 @@ def _object(number: int, entry: Any) -> dict[str, Any]:
         obj["position"] = _numbers(f"{where} position", obj["position"], 3)
     if obj.get("depth") is not None:
         obj["depth"] = real(f"{where} depth", obj["depth"])
+    if "points" in obj:
+        obj["points"] = Count(f"{where} points", 0, MANY).of(obj["points"])
+    if "coverage" in obj:
+        obj["coverage"] = real(f"{where} coverage", obj["coverage"])
     if obj.get("power") is not None:
         obj["power"] = POWER.of(obj["power"])
     if obj.get("box") is not None:

@@ -122,7 +122,7 @@ def low_rank(
     aim, before, closer = first_aim(tolerance), np.inf, 1.0
     aim *= _FOR_FEW if draws < FEW_POINTS else 1.0
     made: dict[int, tuple[Factor, Budget]] = {}
-    due = list(range(len(parts)))
+    due, trusted = list(range(len(parts))), True
     for _ in range(4):
         make = partial(make_factor, plane=plane, tolerance=aim)
         made |= zip(due, in_parallel(make, [parts[number] for number in due]), strict=True)
@@ -133,7 +133,8 @@ def low_rank(
         due = _missing({n: one.error for n, (_, one) in made.items()}, allowed**2 * budget.light)
         if error <= allowed:
             due = list(range(len(parts)))
-            seen = look(factors, cloud, plane, tolerance, error)
+            seen = look(factors, cloud, plane, tolerance, error if trusted else 0.0)
+            trusted = False  # what was wrong once is not expected again: more pixels are looked at
             error, allowed = max(error, hypot(*seen)), SURE * tolerance
             least = max(least, seen[1])
             if error <= allowed:

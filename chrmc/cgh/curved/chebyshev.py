@@ -31,10 +31,9 @@ def interpolation(count: int, targets: Floats) -> Floats:
     gap = np.asarray(targets, dtype=np.float64)[:, None] - chebyshev(count)
     exact = np.abs(gap) < 1e-15
     terms = weights / np.where(exact, 1.0, gap)
-    matrix = terms / terms.sum(axis=1, keepdims=True)
     on_node = exact.any(axis=1)
-    matrix[on_node] = exact[on_node]
-    return matrix
+    terms[on_node] = exact[on_node]
+    return terms / terms.sum(axis=1, keepdims=True)
 
 
 def node_count(kappa: float, tolerance: float) -> int:

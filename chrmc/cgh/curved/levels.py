@@ -68,6 +68,8 @@ def levels_for(
             pixels = len(behind[0].nodes) * len(behind[1].nodes)
             if not clusters.coarse_pays(count, size, pixels, more):
                 break
+            if not series.holds_at(behind[0].nodes, behind[1].nodes):
+                break
             missed = carried(cloud, axes, behind, Wave(reference, plane.wavelength, plane.reach),
                              series, slice(cut, None))  # fmt: skip
             if missed <= _COARSE_SHARE * tolerance:

@@ -32,7 +32,8 @@ ROUNDING = 5e-7
 """Relative error that single-precision products and pixels leave."""
 FEW_POINTS = 8
 """Up to which errors have shapes of their own."""
-_SHARE_OF_FEW = 0.4
+_SHARE_OF_FEW, _SHARE = 0.4, 0.65  # of the tolerance, at most, that may be expected: few frames'
+# errors lie past either, but a run's end may hold one of its own
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,8 @@ def error_allowed(factors: Sequence[Factor], tolerance: float, points: int) -> f
     """
     share = _SHARE_OF_FEW
     if points >= FEW_POINTS:
-        share = 1 / sqrt(1 + 3 / sqrt(max(1.0, min(_draws(factors), points) / 4)))
+        draws = max(1.0, min(_draws(factors), points) / 4)
+        share = min(_SHARE, 1 / sqrt(1 + 3 / sqrt(draws)))
     return min(0.8, hypot(share, ROUNDING / tolerance)) * tolerance
 
 

@@ -17,6 +17,7 @@ from chrmc.cgh.curved.wave import Kernel, phasors
 
 Floats = NDArray[np.float64]
 _LOBATTO = -np.cos(np.linspace(0, pi, 7))  # close at the ends, where slopes are steepest
+_GROWTH = 7.0  # logarithm of how much larger polynomials may become outside: 1000 times
 Reals = NDArray[np.floating]
 
 
@@ -82,6 +83,15 @@ class Series:
         inside |= ~inside.any(axis=(1, 2), keepdims=True)
         ratio: Floats = np.mean(np.abs(exact - series) ** 2, axis=(1, 2), where=inside)
         return ratio / np.mean(np.abs(exact) ** 2, axis=(1, 2), where=inside)
+
+    def holds_at(self, x: Floats, y: Floats) -> bool:
+        """Whether nodes lie inside its grid, or not so far outside that its polynomials run away
+        there: they grow as cosh(n·arcosh u)."""
+        return all(
+            n * np.arccosh(max(1.0, np.abs(2 * t - low - high).max() / (high - low))) < _GROWTH
+            for t, (low, high, n) in zip((x, y), self.grid, strict=True)
+            if n > 1
+        )
 
     def on_nodes(
         self,

@@ -36,7 +36,7 @@ _MORE = 4  # times as many pixels, where few leave it open
 _ALIKE = 4  # times as many, where phases are alike: lattices err in a few places
 _OPEN = 0.75  # of the tolerance: where it is left open; so it is at twice what was expected
 _CLEAR, _AGAIN = 1.2, 1e7  # where it is not open any more; waves that a third draw may take
-SURE = 0.9
+SURE = 0.85
 """Share of the tolerance up to which the error on some pixels is taken as kept on all."""
 
 

@@ -18,6 +18,7 @@ from chrmc.slm import SLM
 
 RADIUS = 0.145
 """The paper's radius of the curved hologram, metres."""
+_FLAT = 1e6  # metres: an arc across 20 mm bulges by 5e-11 m
 
 
 def sagitta(radius: float, width: float) -> float:
@@ -48,6 +49,8 @@ def check_radius(radius: float, slm: SLM, wavelength: float) -> float:
             f"a circle of radius {radius * 1e3:.4g} mm cannot span a hologram "
             f"{width * 1e3:.4g} mm wide: take radius > {width / 2 * 1e3:.4g} mm"
         )
+    if radius > _FLAT:
+        raise ValueError(f"a circle of radius {radius:.4g} m is flat: take {_FLAT:g} m at most")
     depth = sagitta(radius, width)
     limit = one_pixel_distance(slm.pixel_pitch, wavelength)
     if depth > limit:

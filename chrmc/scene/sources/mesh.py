@@ -216,10 +216,6 @@ def _surface(
     shape = None
     if bent is not None:
         vertices = bent.at(0)
-
-        def shape(frame: int) -> NDArray[np.float64]:
-            return bent.at(frame) @ matrix[:3, :3].T + matrix[:3, 3]
-
     faces = np.asarray(geometry.faces, dtype=np.intp)
     with np.errstate(invalid="ignore", over="ignore"):
         vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
@@ -243,8 +239,15 @@ def _surface(
         def paint(face: NDArray[np.intp], weights: NDArray[np.float64]) -> NDArray[np.float64]:
             return inner(face, weights[:, ::-1])
 
-    smooth = normals if bent is None else None
-    surface = Surface(np.nan_to_num(vertices), kept, paint, smooth, shape=shape)
+    # Corners of no face are not shown: they must not count for the size, nor be infinite.
+    used, flat = np.unique(kept, return_inverse=True)
+    if bent is not None:
+
+        def shape(frame: int) -> NDArray[np.float64]:
+            return bent.at(frame)[used] @ matrix[:3, :3].T + matrix[:3, 3]
+
+    smooth = normals[used] if bent is None else None
+    surface = Surface(vertices[used], flat.reshape(kept.shape), paint, smooth, shape=shape)
     return surface, len(faces) - len(index)
 
 

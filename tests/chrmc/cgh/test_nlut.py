@@ -145,6 +145,7 @@ def test_patterns_are_kept_within_the_cap_and_only_for_depths_in_use(
     method: ModuleType,
 ) -> None:
     cloud = on_grid(loose(40, shrink=0.05), SMALL)
+    cloud = cloud.select(np.arange(80) // 2)  # twice: a lone point's line needs no table
     band, whole = full_band(SMALL), Window.full(SMALL)
     depths = len(np.unique(np.rint(cloud.positions[:, 2] * 1e4)))
     per_depth = depths if method is nlut else 2 * depths
