@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Numbers = NDArray[np.floating]
 Random = np.random.Generator
 
 
@@ -109,27 +110,27 @@ AMPLITUDES: tuple[Callable[[Random, Floats], Floats], ...] = (
 """Of points at distances (N,) along the axis."""
 
 
-def _gradient(random: Random, places: Floats, k: float, sine: Floats) -> Floats:
+def _gradient(random: Random, places: Floats, k: float, sine: Floats) -> Numbers:
     return k * (places[:, :2] @ (random.uniform(-1, 1, 2) * sine))
 
 
-def _focus(random: Random, places: Floats, k: float, sine: Floats) -> Floats:
+def _focus(random: Random, places: Floats, k: float, sine: Floats) -> Numbers:
     """All waves in step at one place in the hologram plane."""
     spot = np.append(places[:, :2].mean(axis=0) + random.uniform(-1, 1, 2) * 1e-2 * sine, 0.0)
     distance: Floats = np.linalg.norm(places - spot, axis=1)
     return -k * distance
 
 
-def _lens(random: Random, places: Floats, k: float, sine: Floats) -> Floats:
+def _lens(random: Random, places: Floats, k: float, sine: Floats) -> Numbers:
     return random.uniform(-1, 1) * k * np.sum(places[:, :2] ** 2, axis=1) / places[:, 2].mean()
 
 
-def _vortex(random: Random, places: Floats, k: float, sine: Floats) -> Floats:
+def _vortex(random: Random, places: Floats, k: float, sine: Floats) -> Numbers:
     about = places[:, :2] - places[:, :2].mean(axis=0)
     return np.arctan2(about[:, 1], about[:, 0]) * random.integers(1, 50)
 
 
-PHASES: tuple[Callable[[Random, Floats, float, Floats], Floats], ...] = (
+PHASES: tuple[Callable[[Random, Floats, float, Floats], Numbers], ...] = (
     lambda random, places, k, sine: random.uniform(0, 2 * np.pi, len(places)),
     lambda random, places, k, sine: np.zeros(len(places)),
     lambda random, places, k, sine: np.pi * (np.arange(len(places)) % 2),

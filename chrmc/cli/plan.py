@@ -61,6 +61,8 @@ def command(
     )  # fmt: skip
     if as_json:
         click.echo(json.dumps(found.as_dict(), indent=1))
+        for note in getattr(scene, "notes", ()):
+            click.echo(note, err=True)
         return 0 if found.met else 1
 
     def line(choice: Choice) -> str:

@@ -38,13 +38,13 @@ def scene_from(
     options: dict[str, Any],
     quiet: bool = False,
 ) -> Scene:
-    """The scene of a command line; says what was done to files to get there, on stderr if quiet."""
+    """The scene of a command line; says what was done to files to get there, unless quiet."""
     from chrmc.scene.load import load_scene
 
     chosen = {name: options[name] for name in SCENE_NAMES}
     scene = load_scene(
         sources[0] if len(sources) == 1 else sources, form, slm=slm, wavelength=wavelength, **chosen
     )
-    for note in getattr(scene, "notes", ()):
-        click.echo(note, err=quiet)
+    for note in () if quiet else getattr(scene, "notes", ()):
+        click.echo(note)
     return scene

@@ -10,9 +10,10 @@ _BENT, _SLOPING = 0.55, 0.16
 
 @dataclass(frozen=True)
 class Extent:
-    """A cluster along one axis: lateral and depth range, reference centre, farthest offset across.
+    """A cluster along one axis: lateral and depth range, reference centre, offsets across.
 
-    across : largest distance of a target from a point along the other axis, metres
+    across, beside : largest and smallest distance of a target from a point along the other axis,
+        metres
     """
 
     low: float
@@ -22,6 +23,7 @@ class Extent:
     centre: float
     z_centre: float
     across: float
+    beside: float
 
 
 @dataclass(frozen=True)
@@ -56,26 +58,30 @@ def bandwidth(low: float, high: float, needs: Needs) -> float:
         d, own = t - x, t - centre
         return abs(d / hypot(d, z) - own / hypot(own, far)) / needs.wavelength
 
+    def step_for(z: float) -> float:
+        """Over so little of the run, and of the distance, frequencies are all but parabolas."""
+        return min((high - low) / 8, z / 4)
+
     largest, where, of = 0.0, low, (extent.low, extent.z_low)
-    for z in (extent.z_low, hypot(extent.z_high, extent.across)):
+    for z in (hypot(extent.z_low, extent.beside), hypot(extent.z_high, extent.across)):
         # The directions of two points differ most between them, if they are side by side, and
         # this far aslant, if one is behind the other.
         aslant = (z * far) ** (2 / 3) / sqrt(z ** (2 / 3) + far ** (2 / 3))
+        step = step_for(z)
         for x in (extent.low, extent.high):
             middle = (x + centre) / 2
-            for t in (low, middle - aslant, middle, middle + aslant, high):
-                t = min(max(t, low), high)
-                here = frequency(t, x, z)
-                if here > largest:
-                    largest, where, of = here, t, (x, z)
-    # Over so little of the run, and of the distance, frequencies are all but parabolas.
-    step = min((high - low) / 8, of[1] / 4)
+            tried = (min(max(t, low), high) for t in (low, middle - aslant, middle, middle + aslant,
+                                                      high))  # fmt: skip
+            here, spot = max((frequency(t, x, z), t) for t in tried)
+            for finer in (1.0, 0.5, 0.25, 0.125):  # points are both at once
+                for t in (spot - finer * step, spot + finer * step):
+                    if low <= t <= high and (beside := frequency(t, x, z)) > here:
+                        here, spot = beside, t
+            if here > largest:
+                largest, where, of = here, spot, (x, z)
+    step = step_for(of[1])
     if largest <= 0 or step <= 0:
         return largest
-    for finer in (1.0, 0.5, 0.25, 0.125):  # points are both, side by side and behind each other
-        for t in (where - finer * step, where + finer * step):
-            if low <= t <= high and (here := frequency(t, *of)) > largest:
-                largest, where = here, t
     waves = -log10(needs.tolerance)
     # Of about 1.25 nodes for each that Nyquist asks for.
     block = (high - low) / max(1.0, 2.5 * largest * (high - low) / needs.block)

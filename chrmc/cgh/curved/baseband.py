@@ -45,15 +45,16 @@ _MOST_LEAVES = 2000  # sub-clusters of a cluster, some 20 ms each
 _SAMPLES = 0.1  # of a series, for each wave that it saves
 _INSTEAD = 4  # times as many, where waves may not be summed one by one
 _POLYNOMIALS = 8  # of a point, that take no less than one wave
-TIGHT, _EXPECTED = 2e-5, 0.9  # of such tolerances, what nodes and series may be expected to miss
+TIGHT, _ROOM = 2e-5, 0.9  # tolerances of long attempts; of any, what nodes and series aim at
 
 
 def first_aim(tolerance: float) -> float:
-    """What nodes and series aim at: where attempts are long, with room for rounding and luck."""
+    """What nodes and series aim at: a little less, for luck, and with room for rounding where
+    attempts are long."""
     if tolerance > TIGHT:
-        return tolerance
+        return _ROOM * tolerance
     allowed = max(0.64 * tolerance**2 - 1.2 * ROUNDING**2, 0.1 * tolerance**2)
-    return sqrt(allowed) / _EXPECTED
+    return sqrt(allowed)
 
 
 Summed = tuple[Reals, Reals, Remainder]

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import log10, pi
+from math import log10, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,8 +71,10 @@ def reference_of(box: Floats, plane: Plane) -> Reference:
 
 def reference_at(centre: tuple[float, float, float], box: Floats, plane: Plane) -> Reference:
     """The reference wave from a given centre, for points in a box."""
-    far_x, far_y = farthest(box, plane)
-    return Reference(*centre, _FAR * far_x, _FAR * far_y)
+    usual = []
+    for far, near in zip(farthest(box, plane), nearest(box, plane), strict=True):
+        usual.append(max(_FAR * far, sqrt((far * far + far * near + near * near) / 3)))
+    return Reference(*centre, usual[0], usual[1])
 
 
 def farthest(box: Floats, plane: Plane) -> tuple[float, float]:
@@ -84,13 +86,22 @@ def farthest(box: Floats, plane: Plane) -> tuple[float, float]:
     return far[0], far[1]
 
 
+def nearest(box: Floats, plane: Plane) -> tuple[float, float]:
+    """Smallest distance along x and y of a target from a point, of a box beside the targets."""
+    x, y = (
+        max(line.first - float(high), float(low) - line.last, 0.0)
+        for line, (low, high) in zip(plane.lines, box[:2], strict=True)
+    )
+    return x, y
+
+
 def extents(box: Floats, reference: Reference, plane: Plane) -> tuple[Extent, Extent]:
     """The box along x and along y."""
-    far_x, far_y = farthest(box, plane)
+    (far_x, far_y), (near_x, near_y) = farthest(box, plane), nearest(box, plane)
     (x_low, x_high), (y_low, y_high), (z_low, z_high) = box.tolist()
     return (
-        Extent(x_low, x_high, z_low, z_high, reference.x, reference.z_x, far_y),
-        Extent(y_low, y_high, z_low, z_high, reference.y, reference.z_y, far_x),
+        Extent(x_low, x_high, z_low, z_high, reference.x, reference.z_x, far_y, near_y),
+        Extent(y_low, y_high, z_low, z_high, reference.y, reference.z_y, far_x, near_x),
     )
 
 

@@ -215,8 +215,9 @@ def _smooth_run(line: Line, needs: Needs) -> Axis:
         # The waves' frequency where the outermost nodes lie, those of the other axis about as far
         # beyond: few nodes, as of a single point, may span many times the panel.
         low, high = line.first - margin, line.first + step * (count - 1) + margin
-        across = needs.extent.across * (1 + 2 * margin / (step * count))
-        extent = replace(needs.extent, across=across)
+        across, beside = needs.extent.across, needs.extent.beside
+        more = (across - beside) * 2 * margin / (step * count)
+        extent = replace(needs.extent, across=across + more, beside=max(beside - more, 0.0))
         wide = bandwidth(low, high, replace(needs, extent=extent))
         if 2 * wide * step <= 1.02 * nyquist:
             break

@@ -57,7 +57,7 @@ def test_waves_whose_frequency_changes_are_told_everywhere(
     deep = z * 10**thickness / 2
     z_centre = hypot(z, 0.6 * across * width)
     extent = Extent(
-        centre - half, centre + half, z - deep, z + deep, centre, z_centre, across * width
+        centre - half, centre + half, z - deep, z + deep, centre, z_centre, across * width, 0.0
     )
     line = Line(-width / 2, pitch, count)
     x, depths = np.array([extent.low, extent.high]), np.array([extent.z_low, extent.z_high])
@@ -82,7 +82,7 @@ def test_values_in_single_precision_are_told_to_the_tightest_tolerances(
 ) -> None:
     """Along both axes at once: weights of 15 and more near a block's ends make much of rounding."""
     frequency, pitch, z = 0.2, 1.0, 1e3
-    extent = Extent(-1.0, 1.0, z, z, 0.0, z, 0.0)
+    extent = Extent(-1.0, 1.0, z, z, 0.0, z, 0.0, 0.0)
     line = Line(-count / 2, pitch, count)
     needs = Needs(extent, 1 / (z * frequency), inf, tolerance, count * pitch, 60.0)
     axis = make_axis(line, np.array([-1.0, 1.0]), np.full(2, z), needs)
