@@ -95,3 +95,23 @@ def test_relative_error_sees_phase_and_scale() -> None:
     assert relative_error(1.1 * truth, truth) == pytest.approx(0.1)
     assert relative_error(-truth, truth) == pytest.approx(2)
     assert relative_error(np.zeros(3, complex), np.zeros(3, complex)) == 0
+
+
+def test_far_away_waves_that_all_but_cancel_keep_their_digits() -> None:
+    """Paths of 20 m have half the digits that are needed; 80-bit floats have them."""
+    slm = SLM("far", 60, 40, 15e-6)
+    steps = np.arange(400)
+    positions = np.stack([steps % 20 * 6e-7, steps // 20 * 6e-7, np.full(400, 20.006)], axis=1)
+    cloud = chrmc.PointCloud(positions, np.ones(400), pi * (steps % 2))
+    rows, columns = np.array([0, 7, 39]), np.array([3, 59, 30])
+    found = reference_samples(cloud, slm, WAVELENGTH, rows, columns, footprint=None)
+    wide = positions.astype(np.longdouble)
+    truth = []
+    for row, column in zip(rows, columns, strict=True):
+        aside = (wide[:, 0] - slm.x(column)) ** 2 + (wide[:, 1] - slm.y(row)) ** 2
+        r = np.sqrt(aside + wide[:, 2] ** 2)
+        cycles = r / np.longdouble(WAVELENGTH)
+        turn = 8 * np.arctan(np.longdouble(1)) * (cycles - np.rint(cycles)) + cloud.phase
+        truth.append(complex(np.sum(np.cos(turn) / r)) + 1j * complex(np.sum(np.sin(turn) / r)))
+    assert np.abs(truth).max() < 1e-3 * len(cloud) / 20
+    assert relative_error(found, np.array(truth)) < 1e-6

@@ -9,6 +9,8 @@ from chrmc.cgh import curved
 from chrmc.cgh.curved import baseband, clusters
 from chrmc.cgh.curved.axes import cluster_axes
 from chrmc.cgh.curved.clusters import Grid, bounding_box, reference_of
+from chrmc.cgh.curved.series import make_series
+from chrmc.cgh.curved.wave import by_curvature
 from chrmc.encoding import coding_for
 from chrmc.window import Window
 
@@ -113,3 +115,16 @@ def test_a_panel_of_one_column_has_a_length_of_nothing() -> None:
     box = np.array([[-1e-3, 1e-3], [-1e-3, 1e-3], [0.2, 0.21]])
     plane = plane_for(SLM("column", 1, 700, 8e-6), "real")
     assert clusters.leaf_grid(box, 90_000, (1, 60), plane, 1e-3)[0] == 1
+
+
+def test_a_series_is_not_read_where_its_polynomials_run_away() -> None:
+    box = np.array([[-1e-3, 1e-3], [-1e-3, 1e-3], [0.1, 0.11]])
+    curvatures = np.sort(by_curvature(box.T).T, axis=1)
+    plane = plane_for(LC_R_1080, "ssb")
+    kernel = reference_of(box, plane).kernel(WAVELENGTH)
+    series = make_series((-8e-3, 8e-3), (-4e-3, 4e-3), curvatures, kernel, 1e-3)
+    assert series is not None
+    inside, past = np.linspace(-8e-3, 8e-3, 9), np.linspace(-16e-3, 16e-3, 9)
+    assert series.holds_at(inside, inside / 2) and not series.holds_at(past, inside / 2)
+    near = series.on_nodes(inside * 1.001, inside / 2, np.float64)
+    assert np.abs(near.to_x).max() < 1e3

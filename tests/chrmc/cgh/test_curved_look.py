@@ -181,3 +181,20 @@ def test_lattices_of_one_phase_are_looked_at_on_more_pixels(
     )
     verify.measured_error([factor], cloud, plane, 2e-3, 1e-3)
     assert sum(pixels) == drawn * 8
+
+
+def test_what_was_wrong_once_is_not_expected_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Errors of a lattice are not those of unrelated points; then more pixels are looked at."""
+    random = np.random.default_rng(0)
+    places = random.uniform((-3e-4, -3e-4, 0.1497), (3e-4, 3e-4, 0.1503), (6000, 3))
+    cloud = PointCloud(places, np.ones(6000), random.uniform(0, 2 * np.pi, 6000))
+    expected: list[float] = []
+
+    def wrong_at_first(*given):  # type: ignore[no-untyped-def]
+        expected.append(given[-1])
+        error, rounding = verify.look(*given)
+        return 2e-3 if len(expected) == 1 else error, rounding
+
+    monkeypatch.setattr(curved, "look", wrong_at_first)
+    low = curved.low_rank(cloud, PANEL, WAVELENGTH, Window.full(PANEL), UNLIMITED, tolerance=1e-3)
+    assert expected[0] > 0 and expected[1:] == [0.0] and low.error_predicted < 1e-3

@@ -12,7 +12,7 @@ from chrmc import SLM, WAVELENGTH, PointCloud
 from chrmc.cgh import curved
 from chrmc.cgh.curved.bandwidth import Extent, Needs
 from chrmc.cgh.curved.nodes import Line, make_axis
-from chrmc.optics.passband import full_band
+from chrmc.optics.passband import UNLIMITED, full_band
 from chrmc.reference import reference_field, relative_error
 from chrmc.window import Window
 
@@ -102,3 +102,17 @@ def test_values_in_single_precision_are_told_to_the_tightest_tolerances(
         single = np.outer(nodes, nodes.conj()).astype(np.complex64)
         missed = read(read(single).T).T - np.outer(truth, truth.conj())
         assert np.sqrt(np.mean(np.abs(missed) ** 2)) < tolerance
+
+
+def test_points_beside_the_panel_take_as_few_nodes_as_their_directions_ask_for() -> None:
+    """Their waves lean one way: against a reference as far aside they are all but still."""
+    slm = SLM("column", 1, 1823, 31e-6)
+    random = np.random.default_rng(0)
+    positions = (random.random((3000, 3)) - 0.5) * (1e-4, 0, 0) + (-0.084, -0.049, 0.1227)
+    cloud = PointCloud(positions, np.ones(3000), random.uniform(0, 2 * np.pi, 3000))
+    plane = curved.plane_of(slm, 4e-7, Window.full(slm), UNLIMITED)
+    factor, budget = curved.make_factor(cloud, plane, 1e-3)
+    assert len(factor.axis_y.nodes) < 80 and budget.relative < 1e-3
+    made = curved.field(cloud, slm, 4e-7, Window.full(slm), UNLIMITED, tolerance=1e-3)
+    truth = reference_field(cloud, slm, 4e-7, footprint=None)
+    assert relative_error(made, truth) < 1e-3

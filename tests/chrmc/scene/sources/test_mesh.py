@@ -199,6 +199,18 @@ def test_nan_vertices_lose_their_faces_only(models: Path, tmp_path: Path) -> Non
     assert np.isfinite(load_scene(str(tmp_path / "nan.stl"), points=FEW).frame(1).cloud.phase).all()
 
 
+@pytest.mark.parametrize("stray", ["9 9 9", "0 1 1e999"])
+def test_corners_of_no_face_do_not_count_for_the_size(tmp_path: Path, stray: str) -> None:
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+    faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    shown = []
+    for name, more in (("plain", ""), ("stray", f"v {stray}\n")):
+        (tmp_path / f"{name}.obj").write_text(corners + more + faces)
+        (body,) = build_sources([str(tmp_path / f"{name}.obj")]).cast.bodies.values()
+        shown.append(np.ptp(body.vertices, axis=0))
+    assert np.isfinite(shown).all() and shown[1] == pytest.approx(shown[0])
+
+
 def test_density_and_points(models: Path) -> None:
     obj = str(models / "OBJ" / "WusonOBJ.obj")
     few, more = (load_scene(obj, points=n).frame(1).objects[0] for n in (2000, 8000))
