@@ -5,7 +5,7 @@ m varies slowly, so that a few hundred even nodes in x and about a hundred in y 
 hologram is A_y·M·A_x: two matrix products, no per-pixel transcendental.
 
 plan      clusters, axes, nodes, bandwidth, band, chebyshev
-sum       condense, baseband, series, levels, tables, wave; direct and rays where exact or quick
+sum       condense, baseband, series, levels, tables, wave; exact (direct), or quick (rays)
 assemble  assembly
 predict   predict, before a pixel is computed, and verify, on some pixels
 
@@ -32,7 +32,8 @@ from chrmc.cgh.curved.assembly import (
 from chrmc.cgh.curved.baseband import first_aim, make_factor
 from chrmc.cgh.curved.clusters import Plane
 from chrmc.cgh.curved.cost import cost_of
-from chrmc.cgh.curved.direct import BEARABLE, QUICK, SMALL, direct_field, rounding_of
+from chrmc.cgh.curved.direct import BEARABLE, QUICK, SMALL
+from chrmc.cgh.curved.exact import exact_field
 from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.predict import FEW_POINTS, Budget, draws_of, error_allowed
 from chrmc.cgh.curved.rays import by_rays, rays_pay
@@ -53,7 +54,6 @@ TOLERANCES = (1e-6, 1e-1)
 """Smallest and largest relative L2 error that can be asked for."""
 
 _NEAR = 5.0  # times a tolerance, up to which another one is named
-_DRAWS = 3.0  # times what rounding leaves on the whole: one pixel may have it
 _FOR_FEW = 0.6  # of the first aim, where less may be expected: another attempt takes longer
 _MUCH, _HARDLY = 0.1, 0.5  # closer nodes, of the aim before; an error all but as large as before
 
@@ -118,7 +118,7 @@ def low_rank(
     plane = replace(plane_of(slm, wavelength, window, passband), points=len(cloud))
     # The largest first, so that the others fit beside it.
     parts = sorted(clusters.split(cloud, plane), key=len, reverse=True)
-    draws = draws_of(cloud)
+    draws = min(draws_of(cloud), round(sum(clusters.speckles(part, plane) for part in parts)))
     aim, before, closer = first_aim(tolerance), np.inf, 1.0
     aim *= _FOR_FEW if draws < FEW_POINTS else 1.0
     made: dict[int, tuple[Factor, Budget]] = {}
@@ -133,7 +133,7 @@ def low_rank(
         due = _missing({n: one.error for n, (_, one) in made.items()}, allowed**2 * budget.light)
         if error <= allowed:
             due = list(range(len(parts)))
-            seen = look(factors, cloud, plane, tolerance, error if trusted else 0.0)
+            seen = look(factors, cloud, plane, tolerance, error if trusted else 0.0, draws)
             trusted = False  # what was wrong once is not expected again: more pixels are looked at
             error, allowed = max(error, hypot(*seen)), SURE * tolerance
             least = max(least, seen[1])
@@ -296,15 +296,7 @@ def _sum(
 
     def exact() -> NDArray[np.complex128]:
         x, y = slm.x(window.columns), slm.y(window.rows)
-        total = direct_field(cloud, x, y, wavelength, plane.reach)
-        rounding = rounding_of(total, cloud, x, y, plane.reach)
-        if _DRAWS * rounding > tolerance:
-            raise Refusal(
-                f"a tolerance of {tolerance:g} cannot be kept here: waves all but cancel, and "
-                f"double precision holds what is left to {rounding:.2g}; leave out points that "
-                "cancel each other, or allow more"
-            )
-        return total
+        return exact_field(cloud, x, y, wavelength, plane.reach, tolerance)
 
     if work <= SMALL:
         return exact(), None

@@ -141,6 +141,12 @@ def _kappas(
     return (kappas[0], kappas[1]), (shares[0], shares[1])
 
 
+def speckles(cloud: PointCloud, plane: Plane) -> float:
+    """How many the light of points has on the targets, about; a single point's is one."""
+    (along_x, along_y), _ = _kappas(bounding_box(cloud.positions), plane)
+    return float((1 + 2 / pi * along_x) * (1 + 2 / pi * along_y))
+
+
 def _cost(box: Floats, count: int, plane: Plane) -> float:
     """Multiply-adds, about, of one cluster from points to pixels."""
     (kx, ky), _ = _kappas(box, plane)

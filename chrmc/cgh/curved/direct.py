@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from itertools import product
-from math import pi, sqrt
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,6 @@ QUICK = 20_000_000
 
 BEARABLE = 200_000_000
 """The same up to which it stands in, seconds slow, where nothing else will do."""
-
-_WAVE_ERROR = 5e-16  # of a wave in double precision
 
 _BLOCK = 1 << 15  # waves formed at once: they fit the second cache
 _PIECES = 8  # of an axis, at least, for several cores
@@ -51,34 +49,6 @@ def direct_field(
     return weighted_waves(cloud, x, y, wavelength, across, down)
 
 
-def rounding_of(
-    field: NDArray[np.complex128],
-    cloud: PointCloud,
-    x: Floats,
-    y: Floats,
-    reach: tuple[float, float],
-) -> float:
-    """Relative error that double precision leaves of a field at x, y, which waves may cancel in.
-
-    An upper bound where that is little; infinite where waves leave nothing at all.
-    """
-    left = float(np.vdot(field, field).real)
-    z = cloud.positions[:, 2]
-    power = (cloud.amplitude / z) ** 2
-    if left >= 1e-12 * field.size * power.sum():  # not even half way to the end
-        return 1e6 * _WAVE_ERROR
-    step = max(1, _TABLES // (len(x) + len(y)))
-    for first in range(0, len(cloud), step):
-        some = slice(first, first + step)
-        for axis, (t, far) in enumerate(zip((x, y), reach, strict=True)):
-            offset = t - cloud.positions[some, axis, None]
-            weight = taper(offset, (z[some] * far)[:, None])
-            power[some] *= np.sum(weight**2 / (1 + (offset / z[some, None]) ** 2), axis=1)
-    if left == 0:
-        return np.inf if power.any() else 0.0
-    return _WAVE_ERROR * sqrt(power.sum() / left)
-
-
 def weighted_waves(
     cloud: PointCloud, x: Floats, y: Floats, wavelength: float, across: Weigh, down: Weigh
 ) -> NDArray[np.complex128]:
@@ -92,8 +62,9 @@ def weighted_waves(
     # Lengths in wavelengths: paths are cycles.
     px, py, pz = (cloud.positions / wavelength).T
     u, v = x / wavelength, y / wavelength
-    own = pz - np.rint(pz) + cloud.phase / (2 * pi)
-    own -= np.rint(own)
+    # Of phases no turns are taken out, whose rounding would be alike in many waves.
+    phase = np.arctan2(np.sin(cloud.phase), np.cos(cloud.phase))
+    own = pz - np.rint(pz) + phase / (2 * pi)
     strength = cloud.amplitude / wavelength
     columns = len(u) if len(v) >= _PIECES else -(-len(u) // _PIECES)
     rows = max(1, min(-(-len(v) // _PIECES), _BLOCK // columns))

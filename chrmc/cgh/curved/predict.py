@@ -176,16 +176,21 @@ def _tried(
     return bounds[:-1] + (shift * sizes).astype(np.intp), sizes.astype(np.float64)
 
 
-def finer_at_ends(targets: int, count: int, ends: tuple[bool, bool]) -> NDArray[np.intp]:
+def finer_at_ends(
+    targets: int, count: int, ends: tuple[bool, bool], between: bool = False
+) -> NDArray[np.intp]:
     """Bounds of shares of a run of targets.
 
     count : of them, evenly spread
+    between : smaller ones are one and a half times as large as each other by turns, not twice
     ends : which get smaller ones beside these, down to one target: where a run of nodes ends the
         error may grow a hundredfold over the last few targets
     """
     count = min(count, targets)
     cuts = {targets * i // count for i in range(count + 1)}
-    finer = [2**i for i in range(targets.bit_length()) if 2**i < targets // count]
+    steps = [2**i for i in range(targets.bit_length())]
+    steps += [3 * step for step in steps] if between else []
+    finer = [step for step in steps if step < targets // count]
     if ends[0]:
         cuts.update(finer)
     if ends[1]:

@@ -131,6 +131,7 @@ def look(
     plane: Plane,
     tolerance: float,
     expected: float,
+    draws: int | None = None,
 ) -> tuple[float, float]:
     """Relative L2 error of the sum of some factors, estimated on some pixels in float64; and what
     forming that sum in single precision will add, however many nodes there are.
@@ -138,6 +139,7 @@ def look(
     cloud : the points they were made from
     plane : the window's pixels and the wave
     expected : the error worked out beforehand
+    draws : of their light, default those of the points' phases
     """
     lattice, parts = _lattice(factors, plane)
     if not lattice.weight.size:  # footprints end between the pixels
@@ -153,7 +155,7 @@ def look(
         half = len(x) // 2
         return np.concatenate(in_parallel(some, [slice(half), slice(half, None)]))
 
-    few = len(cloud) > FEW_POINTS and draws_of(cloud) < FEW_POINTS
+    few = len(cloud) > FEW_POINTS and (draws or draws_of(cloud)) < FEW_POINTS
     return lattice.error(exact, plane, len(cloud), tolerance, expected, _ALIKE if few else 1), least
 
 
@@ -223,7 +225,8 @@ def _picked(
     picks, weights = [np.zeros(0, dtype=np.intp)], [np.zeros(0)]
     for start, stop in lit:
         size = stop - start
-        bounds = finer_at_ends(size, max(lines[1], round(lines[0] * size / total)), (True, True))
+        count = max(lines[1], round(lines[0] * size / total))
+        bounds = finer_at_ends(size, count, (True, True), between=True)
         sizes = np.diff(bounds)
         picks.append(start + bounds[:-1] + (random.random(len(sizes)) * sizes).astype(np.intp))
         weights.append(sizes.astype(np.float64))

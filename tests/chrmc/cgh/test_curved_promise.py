@@ -16,7 +16,7 @@ from chrmc.cgh.curved import predict, verify
 from chrmc.cgh.curved.along import waves_along
 from chrmc.cgh.curved.axes import cluster_axes
 from chrmc.cgh.curved.clusters import bounding_box, reference_of
-from chrmc.cgh.curved.direct import rounding_of
+from chrmc.cgh.curved.exact import rounding_of
 from chrmc.cgh.curved.tables import exact_baseband, phasor_table
 from chrmc.cgh.curved.wave import Wave
 from chrmc.encoding import coding_for
@@ -99,7 +99,7 @@ def test_what_double_precision_leaves_of_opposite_waves_is_kept_or_refused() -> 
         made(1e-12)
     # Where no footprint reaches there is nothing to keep.
     aside = PointCloud(one.positions + np.array([0.1, 0, 0]), one.amplitude, one.phase)
-    dark = rounding_of(np.zeros((1, 2), complex), aside, np.zeros(2), np.zeros(1), (0.1, 0.1))
+    dark = rounding_of(np.zeros((1, 2), complex), aside, np.zeros(2), np.zeros(1), 2e-6, (0.1, 0.1))
     assert dark == 0
 
 
