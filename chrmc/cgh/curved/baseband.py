@@ -42,6 +42,7 @@ MOST_WAVES = 2e8
 """Points times nodes of a hologram up to which waves are summed one by one, a few seconds."""
 _QUICK = 1e7  # the same up to which that is quicker than smaller clusters
 _MOST_LEAVES = 2000  # sub-clusters of a cluster, some 20 ms each
+_TRIED = 4  # sub-clusters whose nodes are tried
 _SAMPLES = 0.1  # of a series, for each wave that it saves
 _INSTEAD = 4  # times as many, where waves may not be summed one by one
 _POLYNOMIALS = 8  # of a point, that take no less than one wave
@@ -215,12 +216,21 @@ def _from_leaves(
     own_y = reference_cycles(y, reference.y, reference.z_y, plane.wavelength)
     aim = LEAF_SHARE * tolerance
     lock = Lock()
+    tried = {int(number) for number in np.linspace(0, len(parts) - 1, _TRIED)}
+    read: dict[int, Budget] = {}
 
-    def carry(part: PointCloud) -> float:
+    def carry(number: int) -> float:
+        part = parts[number]
         centre = clusters.reference_of(clusters.bounding_box(part.positions), plane)
         behind = axes_behind(axes, part, centre, plane, NODE_SHARE * aim)
         if not behind[0].blocks or not behind[1].blocks:
             return 0.0
+        if number in tried:
+            some = part.select(np.linspace(0, len(part) - 1, min(len(part), _FEW)).astype(int))
+            wave = Wave(centre, plane.wavelength, plane.reach)
+            apart = expected_error(behind, some, (x, y), wave, Remainder())
+            each = len(part) / len(some)
+            read[number] = Budget(each * (apart.error - apart.rounding), each * apart.light)
         real, imag, missed = sum_points(
             part, behind, centre, plane, aim, leaf=True, room=room // len(parts)
         )
@@ -232,6 +242,8 @@ def _from_leaves(
         dropped = missed.series.dropped if missed.series is not None else 0.0
         return hypot(dropped, missed.relative)
 
-    dropped = max(in_parallel(carry, parts))
-    between = NODE_SHARE * aim
+    dropped = max(in_parallel(carry, list(range(len(parts)))))
+    # Footprints that end among a sub-cluster's own nodes may miss more than these are made for.
+    seen = sum((read[number] for number in sorted(read)), Budget(0.0, 0.0))
+    between = max(NODE_SHARE * aim, seen.relative)
     return total.real.copy(), total.imag.copy(), Remainder(None, hypot(dropped, between))

@@ -128,3 +128,20 @@ def test_a_series_is_not_read_where_its_polynomials_run_away() -> None:
     assert series.holds_at(inside, inside / 2) and not series.holds_at(past, inside / 2)
     near = series.on_nodes(inside * 1.001, inside / 2, np.float64)
     assert np.abs(near.to_x).max() < 1e3
+
+
+@pytest.mark.parametrize(("depth", "more"), [(0.06, True), (0.3, False)])
+def test_what_nodes_of_sub_clusters_miss_is_tried(depth: float, more: bool) -> None:
+    """Of near bodies, whose footprints end among them, four times what they are made for."""
+    slm = SLM("tall", 1049, 2193, 5.7e-6)
+    random = np.random.default_rng(0)
+    places = random.uniform(
+        (-4.5e-3, -6.3e-3, depth - 1e-4), (2.6e-3, 5.6e-3, depth + 1e-4), (6000, 3)
+    )
+    cloud = PointCloud(places, np.ones(6000), random.uniform(0, 2 * np.pi, 6000))
+    plane = plane_for(slm, "ssb")
+    reference = reference_of(bounding_box(places), plane)
+    axes = cluster_axes(cloud, reference, plane, 1e-2)
+    _, _, missed = baseband.sum_points(cloud, axes, reference, plane, 1e-2)
+    made_for = baseband.NODE_SHARE * baseband.LEAF_SHARE * 1e-2
+    assert missed.series is None and (missed.relative > 2 * made_for) == more
