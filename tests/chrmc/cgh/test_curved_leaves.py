@@ -130,18 +130,19 @@ def test_a_series_is_not_read_where_its_polynomials_run_away() -> None:
     assert np.abs(near.to_x).max() < 1e3
 
 
-@pytest.mark.parametrize(("depth", "more"), [(0.06, True), (0.3, False)])
-def test_what_nodes_of_sub_clusters_miss_is_tried(depth: float, more: bool) -> None:
-    """Of near bodies, whose footprints end among them, four times what they are made for."""
-    slm = SLM("tall", 1049, 2193, 5.7e-6)
+@pytest.mark.parametrize(("depth", "times"), [(0.06, 3.0), (0.3, 1.2)])
+def test_what_nodes_of_sub_clusters_miss_is_tried(depth: float, times: float) -> None:
+    """The footprints of a near lattice end together, a few pixels into a sub-cluster's nodes."""
+    slm, wavelength = SLM("tall", 1049, 2193, 5.7e-6), 635e-9
+    steps = np.stack(np.meshgrid(*[np.arange(24) / 23 - 0.5] * 3, indexing="ij"), axis=-1)
+    places = steps.reshape(-1, 3) * (7.2e-3, 11.9e-3, 2e-4) + (-9e-4, -4e-4, depth)
     random = np.random.default_rng(0)
-    places = random.uniform(
-        (-4.5e-3, -6.3e-3, depth - 1e-4), (2.6e-3, 5.6e-3, depth + 1e-4), (6000, 3)
-    )
-    cloud = PointCloud(places, np.ones(6000), random.uniform(0, 2 * np.pi, 6000))
-    plane = plane_for(slm, "ssb")
+    cloud = PointCloud(places, np.ones(len(places)), random.uniform(0, 2 * np.pi, len(places)))
+    passband = coding_for("ssb", slm).passband
+    plane = curved.plane_of(slm, wavelength, Window.full(slm), passband)
     reference = reference_of(bounding_box(places), plane)
     axes = cluster_axes(cloud, reference, plane, 1e-2)
     _, _, missed = baseband.sum_points(cloud, axes, reference, plane, 1e-2)
     made_for = baseband.NODE_SHARE * baseband.LEAF_SHARE * 1e-2
-    assert missed.series is None and (missed.relative > 2 * made_for) == more
+    assert missed.series is None
+    assert times * made_for < missed.relative < 1.5 * times * made_for
