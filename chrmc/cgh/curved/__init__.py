@@ -38,7 +38,7 @@ from chrmc.cgh.curved.nodes import Line
 from chrmc.cgh.curved.predict import FEW_POINTS, Budget, draws_of, error_allowed
 from chrmc.cgh.curved.rays import by_rays, rays_pay
 from chrmc.cgh.curved.refusal import Refusal
-from chrmc.cgh.curved.verify import SURE, look
+from chrmc.cgh.curved.verify import SURE, SURE_OF_FEW, look
 from chrmc.cgh.curved.wave import phasor
 from chrmc.cgh.method import CGHMethod
 from chrmc.encoding import Coding
@@ -135,7 +135,8 @@ def low_rank(
             due = list(range(len(parts)))
             seen = look(factors, cloud, plane, tolerance, error if trusted else 0.0, draws)
             trusted = False  # what was wrong once is not expected again: more pixels are looked at
-            error, allowed = max(error, hypot(*seen)), SURE * tolerance
+            error = max(error, hypot(*seen))
+            allowed = (SURE if draws >= FEW_POINTS else SURE_OF_FEW) * tolerance
             least = max(least, seen[1])
             if error <= allowed:
                 return LowRank(factors, parts, Budget(error**2 * budget.light, budget.light))

@@ -27,6 +27,7 @@ _LEAST = 0.1  # Nyquist's count that a block is taken to have at least
 _MORE = 16  # spacings past the fit that are tried
 _ROUNDING = 2.0**-24  # of single precision, which values at nodes are kept in
 _NUGGET = 0.1  # noise the weights are made for, in shares of the tolerance
+_DOUBLE = 5e-16  # below which equations in double precision are singular
 
 
 @dataclass(frozen=True)
@@ -224,7 +225,7 @@ def _weights(
     nodes = first + np.arange(grid.nodes(grid.targets), dtype=np.float64)
     places = (np.arange(targets, dtype=np.float64) + 0.5) * (grid.spacings / grid.targets)
     among = covariance(nodes[:, None] - nodes)
-    among[np.diag_indices_from(among)] += (_NUGGET * tolerance) ** 2
+    among[np.diag_indices_from(among)] += max((_NUGGET * tolerance) ** 2, _DOUBLE)
     solved = np.linalg.solve(among, covariance(nodes[:, None] - places))
     matrix: Floats = np.array(solved.T, dtype=np.float64)
     matrix.flags.writeable = False

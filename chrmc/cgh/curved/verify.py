@@ -28,16 +28,20 @@ Complexes = NDArray[np.complex128]
 # run of an axis: edges are narrow. There are more at the ends of runs.
 _LINES = 20, 4
 _FEW_LINES = 10, 2  # the same where only lights are compared
+_CLOSE_LINES = 80, 16  # and of few draws, whose errors keep to a few places
 _MOST = 128  # pixels that are drawn: few where points are many
 _FOR_DIGIT = 3, 6  # of them at least for each digit asked for: such frames take longer
 _TIGHT = 4.5  # digits from which the second counts
 _WAVES = 50_000  # points times pixels, about
 _MORE = 4  # times as many pixels, where few leave it open
-_ALIKE = 4  # times as many, where phases are alike: lattices err in a few places
-_OPEN = 0.75  # of the tolerance: where it is left open; so it is at twice what was expected
+_ALIKE = 4  # times as many of few draws; or so many, if they take no more waves
+_MOST_ALIKE, _WAVES_ALIKE = 1000, 1_000_000
+_OPEN = 0.75  # of the tolerance: where it is left open
+_DOUBT = 0.5, 1.5  # of the tolerance, of what was expected: where more pixels are to confirm it
 _CLEAR, _AGAIN = 1.2, 1e7  # where it is not open any more; waves that a third draw may take
-SURE = 0.85
-"""Share of the tolerance up to which the error on some pixels is taken as kept on all."""
+SURE, SURE_OF_FEW = 0.85, 0.7
+"""Shares of the tolerance up to which the error on some pixels is taken as kept on all, the second
+of few draws."""
 
 
 def _pixels_for(points: int, tolerance: float) -> int:
@@ -76,14 +80,14 @@ class Lattice:
         points: int,
         tolerance: float,
         expected: float,
-        times: int = 1,
+        few: bool = False,
     ) -> float:
         """Relative L2 error, estimated on crossings drawn by their light and evenly.
 
         exact : x, y (K,) → the truth there; points : how many waves that takes each
         expected : what was worked out beforehand; more pixels are drawn where few contradict it,
             and more again where many leave open whether it is the tolerance
-        times : as many from the beginning
+        few : draws of the light: more from the beginning
         """
         total = float(self.power.sum())
         # A quarter evenly from the crossings, many of which are at ends of runs: few pixels, whose
@@ -92,7 +96,9 @@ class Lattice:
         chance += 0.5 * self.power / total if total > 0 else chance
         cumulative = np.cumsum(chance.ravel())
         random = np.random.default_rng(0)
-        count = times * _pixels_for(points, tolerance)
+        count = _pixels_for(points, tolerance)
+        if few:
+            count = max(_ALIKE * count, min(_MOST_ALIKE, _WAVES_ALIKE // max(points, 1)))
         waves = points * count
         squares = np.zeros(0)
         for number, more in enumerate((count, (_MORE - 1) * count, (_MORE - 1) * _MORE * count)):
@@ -105,10 +111,10 @@ class Lattice:
             squares = np.append(squares, self.weight[row, column] * missed / chance[row, column])
             error = float(np.mean(squares))
             relative = float(np.sqrt(error / total)) if total > 0 else float(error > 0) * np.inf
-            few = relative < _OPEN * tolerance
-            if number == 0 and few and relative < 2 * expected:
+            if number == 0 and relative < min(_DOUBT[0] * tolerance, _DOUBT[1] * expected):
                 break
-            if number == 1 and (few or relative > _CLEAR * tolerance or _MORE**2 * waves > _AGAIN):
+            clear = not _OPEN * tolerance <= relative <= _CLEAR * tolerance
+            if number == 1 and (clear or _MORE**2 * waves > _AGAIN):
                 break
         return relative
 
@@ -141,7 +147,8 @@ def look(
     expected : the error worked out beforehand
     draws : of their light, default those of the points' phases
     """
-    lattice, parts = _lattice(factors, plane)
+    few = (draws or draws_of(cloud)) < FEW_POINTS
+    lattice, parts = _lattice(factors, plane, _CLOSE_LINES if few else _LINES)
     if not lattice.weight.size:  # footprints end between the pixels
         return 0.0, 0.0
     # Factors that cancel each other round as what they are, not as what they leave.
@@ -155,8 +162,7 @@ def look(
         half = len(x) // 2
         return np.concatenate(in_parallel(some, [slice(half), slice(half, None)]))
 
-    few = len(cloud) > FEW_POINTS and (draws or draws_of(cloud)) < FEW_POINTS
-    return lattice.error(exact, plane, len(cloud), tolerance, expected, _ALIKE if few else 1), least
+    return lattice.error(exact, plane, len(cloud), tolerance, expected, few), least
 
 
 @alone
