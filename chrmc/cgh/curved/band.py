@@ -27,7 +27,6 @@ _LEAST = 0.1  # Nyquist's count that a block is taken to have at least
 _MORE = 16  # spacings past the fit that are tried
 _ROUNDING = 2.0**-24  # of single precision, which values at nodes are kept in
 _NUGGET = 0.1  # noise the weights are made for, in shares of the tolerance
-_DOUBLE = 5e-16  # below which equations in double precision are singular
 
 
 @dataclass(frozen=True)
@@ -106,8 +105,11 @@ def _enough(
         grid = replace(best, spacings=best.spacings + more)
         if grid.count(targets) >= most:
             return None
-        if error(grid) <= tolerance:
-            return grid
+        try:
+            if error(grid) <= tolerance:
+                return grid
+        except np.linalg.LinAlgError:  # nodes that tell double precision one thing twice
+            return None
     return None
 
 
@@ -225,7 +227,7 @@ def _weights(
     nodes = first + np.arange(grid.nodes(grid.targets), dtype=np.float64)
     places = (np.arange(targets, dtype=np.float64) + 0.5) * (grid.spacings / grid.targets)
     among = covariance(nodes[:, None] - nodes)
-    among[np.diag_indices_from(among)] += max((_NUGGET * tolerance) ** 2, _DOUBLE)
+    among[np.diag_indices_from(among)] += (_NUGGET * tolerance) ** 2
     solved = np.linalg.solve(among, covariance(nodes[:, None] - places))
     matrix: Floats = np.array(solved.T, dtype=np.float64)
     matrix.flags.writeable = False

@@ -147,3 +147,17 @@ def test_what_double_precision_cannot_tell_has_no_nodes() -> None:
     # More nodes were tried one by one, for minutes.
     assert band.band_grid(1689, 8.6 / 1689, 9.3e-10, 20.0) is None
     assert band.band_grid(1689, 8.6 / 1689, 9.3e-7, 20.0) is not None
+
+
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-12])
+@pytest.mark.parametrize("nyquist", [1e-4, 1e-3, 1e-2])
+def test_equations_past_double_precision_are_no_singular_ones(
+    nyquist: float, tolerance: float
+) -> None:
+    for targets in (120, 500, 2000):
+        grids = (
+            band.band_grid(targets, nyquist, tolerance, 60.0),
+            band.edge_grid(targets, nyquist, targets / 5, targets, tolerance, 60.0),
+        )
+        # Nodes that are fewer than pixels, or none: a matrix of theirs is finite.
+        assert all(grid is None or grid.count(targets) < targets for grid in grids)
