@@ -44,6 +44,8 @@ class Finder:
         if name == {module!r}:
             signal.raise_signal(signal.{number})
 
+# As from a terminal: what a script starts with & ignores interrupts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.meta_path.insert(0, Finder())
 sys.argv = ["chrmc", "bench", "speed"]
 from chrmc.__main__ import main
