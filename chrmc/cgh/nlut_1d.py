@@ -68,9 +68,9 @@ def field(
             # Past the table's end lies nothing but a footprint's zero.
             lit = steps < extent[axis]
             lines = np.empty(steps.shape, dtype=np.complex64)
-            lines[alone] = axis_lines(
-                steps[alone] * slm.pixel_pitch, part.select(alone), wavelength, f_max
-            )
+            d = steps[alone] * slm.pixel_pitch
+            own = part.plane[alone], part.shift_only[alone]
+            lines[alone] = axis_lines(d, *own, wavelength, f_max)
             for plane, tapered in {
                 *zip(point_of[~alone].tolist(), part.shift_only[~alone].tolist(), strict=True)
             }:

@@ -133,24 +133,24 @@ def quarter_axis(
     """One axis of the Fresnel PFP of plane z, from its centre outwards: exp(ikd²/2z), tapered."""
 
     def build(shape: tuple[int, ...]) -> NDArray[np.complex64]:
-        d = np.arange(shape[0]) * slm.pixel_pitch
-        out = cycles_to_phasor(excess(d, z, "fresnel") / wavelength)
-        if tapered:
-            out *= taper(d, np.array(z * reach(wavelength, f_max))).astype(np.float32)
-        return out
+        d = np.arange(shape[0])[None] * slm.pixel_pitch
+        return axis_lines(d, np.array([z]), np.array([tapered]), wavelength, f_max)[0]
 
     key = (slm.pixel_pitch, wavelength, z, "axis", f_max if tapered else None)
     return table.at_least(key, (extent,), build)
 
 
 def axis_lines(
-    d: NDArray[np.floating], placed: "Placed", wavelength: float, f_max: float
+    d: NDArray[np.floating],
+    z: NDArray[np.float64],
+    tapered: NDArray[np.bool_],
+    wavelength: float,
+    f_max: float,
 ) -> NDArray[np.complex64]:
-    """(N, pixels) what `quarter_axis` holds at distances d (N, pixels) from each point, on a
-    plane of its own."""
-    out = cycles_to_phasor(excess(d, placed.plane[:, None], "fresnel") / wavelength)
-    own = placed.shift_only
-    out[own] *= taper(d[own], placed.plane[own, None] * reach(wavelength, f_max)).astype(np.float32)
+    """(N, samples) the same at distances d (N, samples) off the axis, each of a plane z (N,)."""
+    out = cycles_to_phasor(excess(d, z[:, None], "fresnel") / wavelength)
+    half = z[tapered, None] * reach(wavelength, f_max)
+    out[tapered] *= taper(d[tapered], half).astype(np.float32)
     return out
 
 

@@ -7,7 +7,7 @@ import click
 
 from chrmc.cli.arguments import Quantity, form_option, frames_option, slm_option, wavelength_option
 from chrmc.cli.budget import Budget
-from chrmc.cli.scene_options import scene_from, scene_options, things_argument
+from chrmc.cli.scene_options import scene_from, scene_options, tell_notes, things_argument
 from chrmc.encoding import CODINGS
 from chrmc.panels import encoding_for
 from chrmc.ranges import TOLERANCE_RANGE
@@ -61,8 +61,7 @@ def command(
     )  # fmt: skip
     if as_json:
         click.echo(json.dumps(found.as_dict(), indent=1))
-        for note in getattr(scene, "notes", ()):
-            click.echo(note, err=True)
+        tell_notes(scene, err=True)
         return 0 if found.met else 1
 
     def line(choice: Choice) -> str:

@@ -45,6 +45,12 @@ def scene_from(
     scene = load_scene(
         sources[0] if len(sources) == 1 else sources, form, slm=slm, wavelength=wavelength, **chosen
     )
-    for note in () if quiet else getattr(scene, "notes", ()):
-        click.echo(note)
+    if not quiet:
+        tell_notes(scene)
     return scene
+
+
+def tell_notes(scene: Scene, err: bool = False) -> None:
+    """Say what was done to files to get a scene, on stderr if asked."""
+    for note in getattr(scene, "notes", ()):
+        click.echo(note, err=err)

@@ -75,8 +75,8 @@ def bandwidth(low: float, high: float, needs: Needs) -> float:
             here, spot = max((frequency(t, x, z), t) for t in tried)
             for finer in (1.0, 0.5, 0.25, 0.125):  # points are both at once
                 for t in (spot - finer * step, spot + finer * step):
-                    if low <= t <= high and (beside := frequency(t, x, z)) > here:
-                        here, spot = beside, t
+                    if low <= t <= high and (there := frequency(t, x, z)) > here:
+                        here, spot = there, t
             if here > largest:
                 largest, where, of = here, spot, (x, z)
     step = step_for(of[1])

@@ -42,7 +42,7 @@ MOST_WAVES = 2e8
 """Points times nodes of a hologram up to which waves are summed one by one, a few seconds."""
 _QUICK = 1e7  # the same up to which that is quicker than smaller clusters
 _MOST_LEAVES = 2000  # sub-clusters of a cluster, some 20 ms each
-_TRIED = 4  # sub-clusters whose nodes are tried
+_TRIED, _ON = 4, 16  # sub-clusters whose nodes are tried, on so many points
 _SAMPLES = 0.1  # of a series, for each wave that it saves
 _INSTEAD = 4  # times as many, where waves may not be summed one by one
 _POLYNOMIALS = 8  # of a point, that take no less than one wave
@@ -226,7 +226,7 @@ def _from_leaves(
         if not behind[0].blocks or not behind[1].blocks:
             return 0.0
         if number in tried:
-            some = part.select(np.linspace(0, len(part) - 1, min(len(part), _FEW)).astype(int))
+            some = part.select(np.linspace(0, len(part) - 1, min(len(part), _ON)).astype(int))
             wave = Wave(centre, plane.wavelength, plane.reach)
             apart = expected_error(behind, some, (x, y), wave, Remainder())
             each = len(part) / len(some)
